@@ -39,6 +39,10 @@ class Recording(Protocol):
         """What is known of every frame, without decoding any; strictly increasing time stamps."""
         ...
 
+    def load(self, info: FrameInfo, *, colour: bool = False) -> ImageArray:
+        """Read one frame's picture; raises ``ImageError``. Many threads call this at once."""
+        ...
+
     def frames(
         self,
         indices: Sequence[int] | None = None,
