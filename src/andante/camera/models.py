@@ -105,8 +105,8 @@ class KannalaBrandt:
     max_theta: float
 
     def __post_init__(self) -> None:
-        turns = _first_root(self._polynomial.deriv())
-        if turns <= self.max_theta:
+        turns = _first_root(self._polynomial.deriv(), self.max_theta)
+        if np.isfinite(turns):
             raise ConfigError(
                 f"kannala-brandt coefficients {self.coefficients} stop increasing at {np.degrees(turns):.1f} degrees "
                 f"off axis, inside the field of view of {2 * np.degrees(self.max_theta):g} degrees; "
@@ -146,7 +146,8 @@ class OCam:
     def __post_init__(self) -> None:
         if not self.coefficients or self.coefficients[0] == 0.0:
             raise ConfigError(f"ocam coefficients a0..an need a non-zero a0 (in pixels), got {self.coefficients}")
-        if self._max_radius_px > _LARGEST_PICTURE_PX or _first_root(self._turning) <= self._max_radius_px:
+        reach = self._max_radius_px
+        if np.isinf(reach) or np.isfinite(_first_root(self._turning, reach)):
             raise ConfigError(
                 f"ocam coefficients {self.coefficients} do not increase to half the field of view of "
                 f"{2 * np.degrees(self.max_theta):g} degrees; check them (a1 = 0 included) or reduce field_of_view_deg"
@@ -164,8 +165,9 @@ class OCam:
 
     @property
     def _max_radius_px(self) -> float:
-        """Where the angle first reaches ``max_theta``; infinite, or huge by rounding, where it never does."""
-        return _first_root(np.sin(self.max_theta) * self._forward - np.cos(self.max_theta) * _IDENTITY)
+        """Where the angle first reaches ``max_theta``, infinite where it never does in any picture."""
+        reached = np.sin(self.max_theta) * self._forward - np.cos(self.max_theta) * _IDENTITY
+        return _first_root(reached, _LARGEST_PICTURE_PX)
 
     def radius_px(self, theta: ArrayLike) -> FloatArray:
         """See ``FisheyeModel``."""
@@ -244,11 +246,13 @@ def _focal_px(spec: CameraSpec, unit: FisheyeModel, half_field_of_view: float) -
     return spec.radius_px / float(unit.radius_px(half_field_of_view))
 
 
-def _first_root(polynomial: Polynomial) -> float:
-    """Smallest positive real root, infinite without one."""
-    roots = polynomial.trim().roots()
+def _first_root(polynomial: Polynomial, upper: float) -> float:
+    """Smallest real root in (0, upper], infinite without one."""
+    # In units of upper, leading terms too small to matter there can go; as they are, they overflow.
+    terms = np.asarray(polynomial.coef, np.float64) * upper ** np.arange(len(polynomial.coef))
+    roots = Polynomial(terms).trim(float(1e-16 * np.abs(terms).max())).roots()
     real = roots[np.abs(roots.imag) <= 1e-9 * np.abs(roots)].real
-    return float(min(real[real > 0.0], default=np.inf))
+    return upper * float(min(real[(real > 0.0) & (real <= 1.0)], default=np.inf))
 
 
 def _invert_increasing(
