@@ -115,7 +115,8 @@ class Trajectory:
     @property
     def known(self) -> NDArray[np.bool_]:
         """(n,) true where the position is known."""
-        return np.isfinite(self.xy_m).all(axis=1)
+        known: NDArray[np.bool_] = np.asarray(np.isfinite(self.xy_m).all(axis=1))
+        return known
 
     @classmethod
     def of(cls, infos: Iterable[FrameInfo], source: PoseSource) -> Trajectory:

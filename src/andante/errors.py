@@ -4,11 +4,13 @@
 
     AndanteError
     ├── InputError             what a user handed in cannot be used
+    │   ├── ArrayError         numbers of a wrong shape or type, NaN (a ValueError as well)
     │   ├── ConfigError        an unknown key, a value outside its range
     │   ├── ImageError         one image: missing, truncated, too large, without contrast
     │   └── RecordingError     a recording: its folder, table or time stamps
     ├── MapError               a map file: truncated, newer, tampered with
     ├── LearningError          data from which no slow features can be learnt
+    ├── NotFittedError         an estimator that is asked before it has learnt (a ValueError, an AttributeError)
     ├── LeakageError           an evaluation on data that the map was learnt from
     └── MissingExtraError      an optional dependency that is not installed
 
@@ -24,6 +26,10 @@ class AndanteError(Exception):
 
 class InputError(AndanteError):
     """What a user handed in cannot be used."""
+
+
+class ArrayError(InputError, ValueError):
+    """An array of a wrong shape or type, or with NaN; a ``ValueError`` as scikit-learn's conventions ask."""
 
 
 class ConfigError(InputError):
@@ -44,6 +50,10 @@ class MapError(AndanteError):
 
 class LearningError(AndanteError):
     """The data does not allow learning: too few frames, no variance, no edges."""
+
+
+class NotFittedError(AndanteError, ValueError, AttributeError):
+    """An estimator is asked for something before it has learnt; the bases are scikit-learn's convention."""
 
 
 class LeakageError(AndanteError):

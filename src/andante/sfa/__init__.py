@@ -1,0 +1,40 @@
+"""Slow feature analysis for any time series: what changes least while everything changes.
+
+Two ways in. An estimator, as in scikit-learn::
+
+    features = LinearSFA(n_components=4).fit(series).transform(series)
+
+or the two steps it consists of, for data that comes in pieces, from several machines, or along a graph of edges instead
+of time::
+
+    moments = Moments.of(x, edges).merge(more)
+    pca     = PCA.of(moments, 200)
+    model   = solve_slow(pca.project(moments), 20, ridge=1e-2).after(pca)
+    model.transform(x)                                                     # (n, d) -> (n, 20)
+
+Estimators learn; models (``AffineModel``, ``QuadraticModel``) are frozen, only transform, and turn into named
+arrays for a file. Nothing here knows of images, poses or files.
+"""
+
+from andante.sfa.expansion import expand_quadratic, expanded_dim, term_names
+from andante.sfa.linear import LinearSFA
+from andante.sfa.model import AffineModel, SlowModel
+from andante.sfa.moments import Moments
+from andante.sfa.pca import PCA, pca_of_samples
+from andante.sfa.quadratic import QuadraticModel, QuadraticSFA
+from andante.sfa.solver import solve_slow
+
+__all__ = [
+    "PCA",
+    "AffineModel",
+    "LinearSFA",
+    "Moments",
+    "QuadraticModel",
+    "QuadraticSFA",
+    "SlowModel",
+    "expand_quadratic",
+    "expanded_dim",
+    "pca_of_samples",
+    "solve_slow",
+    "term_names",
+]
