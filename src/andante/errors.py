@@ -6,7 +6,8 @@
     ├── InputError             what a user handed in cannot be used
     │   ├── ArrayError         numbers of a wrong shape or type, NaN (a ValueError as well)
     │   ├── ConfigError        an unknown key, a value outside its range
-    │   ├── ImageError         one image: missing, truncated, too large, without contrast
+    │   ├── ImageError         one image: missing, truncated, too large, of a foreign size
+    │   │   └── BlankImageError    it can be read but shows nothing
     │   └── RecordingError     a recording: its folder, table or time stamps
     ├── MapError               a map file: truncated, newer, tampered with
     ├── LearningError          data from which no slow features can be learnt
@@ -38,6 +39,10 @@ class ConfigError(InputError):
 
 class ImageError(InputError):
     """One image cannot be used: missing, truncated, too large, of an unexpected shape."""
+
+
+class BlankImageError(ImageError):
+    """An image that can be read but shows nothing: black, burnt out, a covered lens."""
 
 
 class RecordingError(InputError):

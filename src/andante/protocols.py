@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -59,6 +60,16 @@ class Recording(Protocol):
 
     def content_hash(self) -> str:
         """A hash of the table and the pictures, for provenance: the same for the same content anywhere."""
+        ...
+
+
+@runtime_checkable
+class StoredRecording(Recording, Protocol):
+    """A recording that lies on disk and can be found there again."""
+
+    @property
+    def folder(self) -> Path:
+        """Where it lies."""
         ...
 
 

@@ -27,6 +27,7 @@ def solve_slow(
     n_components: int | None = None,
     *,
     ridge: float = 0.0,
+    edge_ridge: float = 0.0,
     rank_tolerance: float = RANK_TOLERANCE,
 ) -> AffineModel:
     """The ``n_components`` slowest linear features of data with these moments, all that exist where ``None``.
@@ -40,13 +41,18 @@ def solve_slow(
     of the outputs as they are, without the noise. With a ridge the outputs are only nearly decorrelated, and
     their order is that of the noisy problem.
 
+    Edge ridge: learning expects white noise of ``edge_ridge`` times the mean eigenvalue of E between the two ends of
+    every edge, beyond what the edges show: E + q I, with C as it is. It stands for the conditions that no recording has
+    seen; as it grows, the features become principal components. Deltas are again reported without it.
+
     Raises ``ConfigError`` for a count or ridge out of range, ``LearningError`` where there are no samples, no edges or
     fewer dimensions than features.
     """
     if n_components is not None and n_components < 1:
         raise ConfigError(f"n_components={n_components}: ask for at least one slow feature, or None for all")
-    if not 0 <= ridge < np.inf:
-        raise ConfigError(f"ridge={ridge}: has to be a finite number >= 0, in units of the mean variance of a signal")
+    for name, value in (("ridge", ridge), ("edge_ridge", edge_ridge)):
+        if not 0 <= value < np.inf:
+            raise ConfigError(f"{name}={value}: has to be a finite number >= 0, in units of the mean variance")
     if not 0 <= rank_tolerance < 1:
         raise ConfigError(f"rank_tolerance={rank_tolerance}: has to be in [0, 1), a share of the largest variance")
     if moments.n_samples < 2:
@@ -57,10 +63,11 @@ def solve_slow(
     if k > space.rank or space.rank == 0:
         raise LearningError(_too_few_dimensions(moments, max(k, 1), space.rank, rank_tolerance))
     noise = ridge * float(np.trace(covariance)) / moments.dim
+    edge_noise = edge_ridge * float(np.trace(edge_covariance)) / moments.dim
     a, b = space.inside(edge_covariance), space.inside(covariance)
-    if noise > 0:
-        white = noise * space.inside(np.eye(moments.dim))
-        a, b = a + 2 * white, b + white
+    if noise > 0 or edge_noise > 0:
+        white = space.inside(np.eye(moments.dim))
+        a, b = a + (2 * noise + edge_noise) * white, b + noise * white
     _, vectors = slowest(a, b, k)
     weights = space.outside(vectors)
     variance = np.einsum("ij,ij->j", weights, covariance @ weights)
@@ -71,10 +78,10 @@ def solve_slow(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Space:
-    """The directions in which there is variance: live signals at unit variance, then their numerical range.
+    """The directions in which there is variance.
 
-    ``live`` (l,) indexes signals, ``scale`` (l,) holds their standard deviations, ``basis`` (l, r) is ``None`` at full
-    rank.
+    ``live`` (l,) indexes the signals that vary. At full rank ``basis`` is ``None`` and ``scale`` (l,) brings them to
+    unit variance; else ``basis`` (l, r) spans the directions that the samples fill, and ``scale`` is one.
     """
 
     dim: int
@@ -93,7 +100,13 @@ class _Space:
         if len(live) == 0:
             return cls(moments.dim, live, scale, None)
         correlation = covariance[np.ix_(live, live)] / np.outer(scale, scale)
-        return cls(moments.dim, live, scale, numerical_range(correlation, tolerance))
+        basis = numerical_range(correlation, tolerance)
+        if basis is None:
+            return cls(moments.dim, live, scale, None)
+        # Samples span only part of the space, and any weights off that part fit them equally well. The smallest
+        # weights on the signals as they are do best on new samples; scaled ones would listen to the weakest signals.
+        span, _ = np.linalg.qr(scale[:, None] * basis)
+        return cls(moments.dim, live, np.ones(len(live)), span)
 
     @property
     def rank(self) -> int:

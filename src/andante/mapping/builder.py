@@ -1,0 +1,266 @@
+"""Recordings and a configuration in, a map out: the main path of the house."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andante.data import Frame, FrameInfo, Trajectory
+from andante.errors import LearningError, RecordingError
+from andante.mapping.calibration import Calibration, calibrate
+from andante.mapping.compact import CompactModel
+from andante.mapping.config import MapConfig, Positions
+from andante.mapping.frontend import FrontEnd, camera_of
+from andante.mapping.learning import Ground, Learnt, learn_slow, learning_edges, typical_radius
+from andante.mapping.readout import GaussianProcessReadout, Located, LocalReadout, PolynomialReadout, Readout
+from andante.mapping.slow_map import SlowMap, Source, Unit
+from andante.mapping.store import FeatureStore
+from andante.mapping.thinning import thinned_by_place
+from andante.protocols import Recording, StoredRecording
+from andante.recordings import map_frames, moving_frames
+from andante.sfa import PCA, pca_of_samples
+
+Progress = Callable[[str, int, int], None]
+"""Called with a stage, the steps done and the steps in all."""
+
+_PCA_SAMPLE = 800
+_LEAST_RADIUS_M = 0.35
+_LEAST_RADIUS_PLACES = 1.5
+
+
+@dataclass
+class BuildLog:
+    """What happened while a map was built: seconds by stage, thinned and skipped frames."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+    stationary: int = 0
+    without_position: int = 0
+
+    @contextmanager
+    def timed(self, stage: str) -> Iterator[None]:
+        """Add the time spent inside to a stage."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - start
+
+
+def build_map(
+    recordings: Sequence[Recording],
+    config: MapConfig | None = None,
+    *,
+    name: str = "andante",
+    progress: Progress | None = None,
+    log: BuildLog | None = None,
+) -> SlowMap:
+    """Learn a map from recordings with known positions (thesis 5.1).
+
+    All recordings share one frame of reference and a camera of one kind. ``progress`` is told of every stage, ``log``
+    filled in. Raises ``RecordingError`` for recordings that cannot be used (no positions, unreadable images) and
+    ``LearningError`` where they do not suffice. The same recordings and configuration give the same map.
+    """
+    config, log = config or MapConfig(), log or BuildLog()
+    progress = progress or (lambda stage, done, total: None)
+    if not recordings:
+        raise RecordingError("a map needs at least one recording, got none")
+    # Frames that can be mapped: with a position, and not standing still.
+    positions = _positions_of(recordings, config.positions)
+    sessions = [_usable(recording, positions, config, log) for recording in recordings]
+    # Pictures to feature vectors, in the threads that decode.
+    with log.timed("features"):
+        front_end = _front_end(recordings[0], config)
+        store = FeatureStore(front_end.dim)
+    with store:
+        with log.timed("features"):
+            skipped = [_encode(session, front_end, store, progress, config) for session in sessions]
+        ground = _ground(sessions, skipped, config, positions)
+        # Features to slow features, tried on held-out parts first.
+        with log.timed("learn"):
+            progress("learn", 0, 1)
+            pca, compressed = _compress(store, config)
+            learnt = learn_slow(compressed, learning_edges(ground, config.learning, config.seed), config.learning)
+        with log.timed("readout"):
+            names = [session.recording.name for session in sessions]
+            calibration = _cross_validate(compressed, ground, names, config)
+            model = CompactModel.of(learnt.model if pca is None else learnt.model.after(pca))
+            readout = _final_readout(store, model, learnt, ground, config)
+            progress("learn", 1, 1)
+    sources = tuple(
+        _source(session, errors, positions) for session, errors in zip(sessions, skipped, strict=True)
+    )
+    unit: Unit = "place" if positions == "place" else "m"
+    resolved = _resolved(config, positions, ground, learnt)
+    return SlowMap(resolved, front_end, model, readout, calibration, sources, unit, name)
+
+
+@dataclass(frozen=True)
+class _Session:
+    """One recording and the frames of it that can be mapped: indices (m,), positions (m, 2)."""
+
+    recording: Recording
+    indices: list[int]
+    xy: NDArray[np.float64]
+
+
+def _positions_of(recordings: Sequence[Recording], wanted: Positions) -> Positions:
+    """Resolve ``auto``: reference poses where all recordings have some, else place numbers, else odometry."""
+    if wanted != "auto":
+        return wanted
+    kinds: tuple[Positions, ...] = ("reference", "place", "odometry")
+    for kind in kinds:
+        if all(np.isfinite(_xy(recording.infos, kind)).all(axis=1).any() for recording in recordings):
+            return kind
+    lacking = [r.name for r in recordings if not np.isfinite(_xy(r.infos, "reference")).any()]
+    raise RecordingError(
+        f"recording {lacking[0]!r} has neither reference poses, places nor odometry in common with the others; "
+        "a map needs x_m and y_m, place, or odom_x_m and odom_y_m in frames.csv"
+    )
+
+
+def _xy(infos: Sequence[FrameInfo], positions: Positions) -> NDArray[np.float64]:
+    if positions == "place":
+        return np.array([(np.nan if info.place is None else info.place, 0.0) for info in infos]).reshape(-1, 2)
+    return Trajectory.of(infos, "odometry" if positions == "odometry" else "reference").xy_m
+
+
+def _usable(recording: Recording, positions: Positions, config: MapConfig, log: BuildLog) -> _Session:
+    infos = recording.infos
+    xy = _xy(infos, positions)
+    known = np.isfinite(xy).all(axis=1)
+    if not known.any():
+        columns = {"place": "place", "odometry": "odom_x_m and odom_y_m"}.get(positions, "x_m and y_m")
+        raise RecordingError(
+            f"recording {recording.name!r} has no {positions} positions ({columns} of frames.csv are blank); "
+            "choose other --positions or fill them in"
+        )
+    moving = np.zeros(len(infos), dtype=bool)
+    moving[moving_frames(infos, config.learning.stationary_m)] = True
+    log.without_position += int((~known).sum())
+    log.stationary += int((known & ~moving).sum())
+    chosen = np.flatnonzero(known & moving)
+    return _Session(recording, chosen.tolist(), xy[chosen])
+
+
+def _front_end(recording: Recording, config: MapConfig) -> FrontEnd:
+    camera = camera_of(recording)
+    first = next(iter(recording.frames()), None)
+    if first is None:
+        raise RecordingError(f"recording {recording.name!r} has no image that can be read")
+    return FrontEnd(camera, (first.image.shape[0], first.image.shape[1]), config.panorama, config.features)
+
+
+def _encode(
+    session: _Session, front_end: FrontEnd, store: FeatureStore, progress: Progress, config: MapConfig
+) -> dict[int, str]:
+    """Store the features of a session; gives index and reason of every frame that had to be skipped."""
+    recording, skipped = session.recording, dict[int, str]()
+    if recording.camera != front_end.camera:
+        first = next(iter(recording.frames()))
+        front_end = front_end.with_camera(camera_of(recording), (first.image.shape[0], first.image.shape[1]))
+
+    def features(frame: Frame) -> NDArray[np.float32]:
+        return front_end.features(frame.image)
+
+    def on_skip(info: FrameInfo, reason: str) -> None:
+        skipped[info.index] = reason
+
+    total = len(session.indices)
+    for done, (_, vector) in enumerate(map_frames(recording, features, session.indices, on_skip=on_skip), 1):
+        store.append(vector)
+        progress(recording.name, done + len(skipped), total)
+    return skipped
+
+
+def _ground(
+    sessions: list[_Session], skipped: list[dict[int, str]], config: MapConfig, positions: Positions
+) -> Ground:
+    """Positions of the frames that were stored, in their order."""
+    xy, number = [], []
+    for count, (session, missing) in enumerate(zip(sessions, skipped, strict=True)):
+        kept = [index not in missing for index in session.indices]
+        xy.append(session.xy[kept])
+        number.append(np.full(sum(kept), count, dtype=np.int64))
+    together, session_of = np.concatenate(xy), np.concatenate(number)
+    least = _LEAST_RADIUS_PLACES if positions == "place" else _LEAST_RADIUS_M
+    radius = config.learning.place_radius_m or typical_radius(together, session_of, least)
+    return Ground(together, session_of, radius)
+
+
+def _compress(store: FeatureStore, config: MapConfig) -> tuple[PCA | None, NDArray[np.float32]]:
+    """Principal components of a sample spread over all sessions, and all frames in them (n, p)."""
+    if store.rows < 2:
+        raise LearningError(f"{store.rows} usable frames are too few to learn from; record a longer drive")
+    if config.learning.pca_components == 0:
+        return None, np.concatenate([rows for _, rows in store.chunks()])
+    sample = np.unique(np.linspace(0, store.rows - 1, min(store.rows, _PCA_SAMPLE)).astype(np.int64))
+    pca = pca_of_samples(store.take(sample), config.learning.pca_components)
+    mean, components = pca.mean.astype(np.float32), pca.components.astype(np.float32)
+    compressed = np.empty((store.rows, pca.output_dim), dtype=np.float32)
+    for rows, vectors in store.chunks():
+        compressed[rows] = (vectors - mean) @ components
+    return pca, compressed
+
+
+def _cross_validate(
+    compressed: NDArray[np.float32], ground: Ground, names: list[str], config: MapConfig
+) -> Calibration:
+    """Everything behind the compression is learnt anew without the held-out frames."""
+
+    def locate_fold(train: NDArray[np.bool_], test: NDArray[np.bool_]) -> Located:
+        inside = ground.subset(train)
+        x = compressed[train]
+        learnt = learn_slow(x, learning_edges(inside, config.learning, config.seed), config.learning)
+        readout = _readout(learnt.model.transform(x), learnt, inside, config)
+        return readout.locate(learnt.model.transform(compressed[test]))
+
+    return calibrate(ground, names, locate_fold, config.calibration)
+
+
+def _readout(slow: NDArray[np.float64], learnt: Learnt, ground: Ground, config: MapConfig) -> Readout:
+    if config.readout.kind == "polynomial":
+        return PolynomialReadout.fit(slow, ground.xy, config.readout)
+    if config.readout.kind == "gaussian-process":
+        return GaussianProcessReadout.fit(slow, ground.xy, learnt.metric)
+    kept = thinned_by_place(ground.xy, ground.session, config.readout.max_references)
+    consensus = config.readout.consensus_m or 2 * ground.radius
+    return LocalReadout.fit(slow[kept], ground.xy[kept], learnt.metric, config.readout, consensus)
+
+
+def _final_readout(
+    store: FeatureStore, model: CompactModel, learnt: Learnt, ground: Ground, config: MapConfig
+) -> Readout:
+    slow = np.empty((store.rows, model.output_dim))
+    for rows, vectors in store.chunks():
+        slow[rows] = model.transform(vectors)
+    return _readout(slow, learnt, ground, config)
+
+
+def _source(session: _Session, skipped: dict[int, str], positions: Positions) -> Source:
+    recording = session.recording
+    return Source(
+        name=recording.name,
+        content_hash=recording.content_hash(),
+        frames=len(session.indices) - len(skipped),
+        poses=positions,
+        conditions=dict(recording.conditions),
+        skipped=tuple(skipped.values()),
+        folder=str(recording.folder) if isinstance(recording, StoredRecording) else None,
+    )
+
+
+def _resolved(config: MapConfig, positions: Positions, ground: Ground, learnt: Learnt) -> MapConfig:
+    """The configuration as it came out, with no default left open."""
+    return config.with_values(
+        {
+            "positions": positions,
+            "learning": {"place_radius_m": ground.radius, "slow_features": learnt.model.output_dim},
+            "readout": {"consensus_m": config.readout.consensus_m or 2 * ground.radius},
+            "calibration": {"block_m": config.calibration.block_m or 4 * ground.radius},
+        }
+    )

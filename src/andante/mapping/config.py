@@ -1,0 +1,162 @@
+"""How a map is built, as frozen nested values: every field has a default, unknown keys are errors."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from andante.errors import ConfigError
+
+Positions = Literal["auto", "reference", "odometry", "place"]
+Order = Literal["places", "restructured", "temporal"]
+ReadoutKind = Literal["local", "polynomial", "gaussian-process"]
+Share = Annotated[float, Field(gt=0, le=1)]
+Count = Annotated[int, Field(ge=1)]
+
+
+class _Frozen(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class PanoramaConfig(_Frozen):
+    """Size and elevation range of the panorama; a source that is smaller is never enlarged."""
+
+    width_px: Annotated[int, Field(ge=8, le=4096)] = 300
+    height_px: Annotated[int, Field(ge=2, le=2048)] = 24
+    min_deg: Annotated[float, Field(ge=-90, lt=90)] = 3.0
+    max_deg: Annotated[float, Field(gt=-90, le=90)] = 35.0
+
+
+class FeatureConfig(_Frozen):
+    """What of the panorama is handed to learning; see ``andante.features``."""
+
+    kind: Literal["fourier", "pixels"] = "fourier"
+    n_frequencies: Count = 40
+    normalise: bool = True
+    window_share: tuple[Share, Share] = (0.037, 0.13)
+    deviation_floor: Annotated[float, Field(gt=0)] = 20.0
+    orientations: Annotated[int, Field(ge=0, le=16)] = 2
+    gradient_floor: Annotated[float, Field(gt=0)] = 5.0
+    orientation_weight: Annotated[float, Field(gt=0)] = 1.4
+    unit: bool = True
+
+
+class LearningConfig(_Frozen):
+    """Which frames are alike, and what is learnt from it.
+
+    ``place_radius_m`` defaults to 2.5 typical steps of the robot, at least 0.35 m. ``pca_components`` of 0 leaves
+    the compression out. ``expansion`` quadratic is the thesis' network: linear SFA to ``reduced_dim``,
+    expansion, SFA. ``edge_ridge`` is the white noise, in units of the mean edge variance, that is expected
+    between two visits of a place beyond what the recordings show; the fewer the conditions, the larger.
+    """
+
+    order: Order = "places"
+    place_radius_m: Annotated[float, Field(gt=0)] | None = None
+    slow_features: Count = 192
+    pca_components: Annotated[int, Field(ge=0)] = 256
+    expansion: Literal["linear", "quadratic"] = "linear"
+    reduced_dim: Count = 20
+    ridge: Annotated[float, Field(ge=0)] = 0.0
+    edge_ridge: Annotated[float, Field(ge=0)] = 10.0
+    across_weight: Annotated[float, Field(gt=0)] = 1.0
+    stationary_m: Annotated[float, Field(ge=0)] = 0.01
+
+
+class ReadoutConfig(_Frozen):
+    """How a position follows from slow features.
+
+    ``local``: the ``neighbours`` nearest references, weighted by exp(-sharpness ((d / d1)² - 1)), averaged over
+    those within ``consensus_m`` of the best (default: 2 place radii). ``polynomial``: of ``degree`` in the
+    slowest ``inputs`` features. At most ``max_references`` are kept, thinned by place.
+    """
+
+    kind: ReadoutKind = "local"
+    neighbours: Count = 8
+    sharpness: Annotated[float, Field(gt=0)] = 8.0
+    consensus_m: Annotated[float, Field(gt=0)] | None = None
+    degree: Annotated[int, Field(ge=1, le=4)] = 2
+    inputs: Count = 8
+    max_references: Annotated[int, Field(ge=10)] = 4000
+
+
+class CalibrationConfig(_Frozen):
+    """How the 90 % radius is learnt: sessions left out, or blocks of ``block_m`` of a single session."""
+
+    coverage: Annotated[float, Field(gt=0, lt=1)] = 0.9
+    folds: Annotated[int, Field(ge=2, le=20)] = 5
+    block_m: Annotated[float, Field(gt=0)] | None = None
+
+
+class MapConfig(_Frozen):
+    """Everything that decides a map besides its recordings; saved in the map with every default resolved."""
+
+    positions: Positions = "auto"
+    seed: Annotated[int, Field(ge=0)] = 0
+    panorama: PanoramaConfig = PanoramaConfig()
+    features: FeatureConfig = FeatureConfig()
+    learning: LearningConfig = LearningConfig()
+    readout: ReadoutConfig = ReadoutConfig()
+    calibration: CalibrationConfig = CalibrationConfig()
+
+    @classmethod
+    def thesis(cls) -> MapConfig:
+        """The thesis' choices (5.1, 6.2): 60 grey rows of 15 magnitudes, 20 -> 230 -> 8, one polynomial."""
+        return cls(
+            panorama=PanoramaConfig(width_px=600, height_px=60, min_deg=5.0, max_deg=50.0),
+            features=FeatureConfig(n_frequencies=15, normalise=False, orientations=0, unit=False),
+            learning=LearningConfig(
+                order="restructured", slow_features=8, pca_components=0, expansion="quadratic", edge_ridge=0.0
+            ),
+            readout=ReadoutConfig(kind="polynomial"),
+        )
+
+    @classmethod
+    def checked(cls, values: dict[str, Any], source: str = "configuration") -> MapConfig:
+        """From plain values; raises ``ConfigError`` naming key, value and what is allowed."""
+        try:
+            return cls.model_validate(values)
+        except ValidationError as error:
+            raise ConfigError(_one_line(error, source)) from None
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> MapConfig:
+        """From a TOML file with the sections ``[panorama]``, ``[features]``, ``[learning]`` and so on."""
+        try:
+            values = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        except OSError as error:
+            raise ConfigError(f"configuration {path} cannot be read: {error.strerror}; check the path") from None
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise ConfigError(f"configuration {path} is no valid TOML: {error}") from None
+        return cls.checked(values, f"configuration {path}")
+
+    def with_values(self, values: dict[str, dict[str, Any] | Any]) -> MapConfig:
+        """A copy with some fields replaced: ``{"learning": {"slow_features": 20}, "seed": 1}``."""
+        merged = self.model_dump()
+        for key, value in values.items():
+            if isinstance(value, dict):
+                merged[key] = {**merged.get(key, {}), **value}
+            else:
+                merged[key] = value
+        return MapConfig.checked(merged)
+
+
+def _one_line(error: ValidationError, source: str) -> str:
+    first = error.errors()[0]
+    key = ".".join(str(part) for part in first["loc"]) or "value"
+    if first["type"] == "extra_forbidden":
+        allowed = ", ".join(_fields_at(first["loc"][:-1]))
+        return f"{source}: unknown key {key!r}; allowed here: {allowed}"
+    return f"{source}: {key} = {first.get('input')!r} is not allowed: {first['msg'].lower()}"
+
+
+def _fields_at(location: tuple[int | str, ...]) -> list[str]:
+    model: type[BaseModel] = MapConfig
+    for part in location:
+        annotation = model.model_fields[str(part)].annotation
+        if not (isinstance(annotation, type) and issubclass(annotation, BaseModel)):
+            return []
+        model = annotation
+    return sorted(model.model_fields)

@@ -1,0 +1,122 @@
+"""From a picture to its feature vector: camera, panorama and encoder in one callable."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andante.camera import PanoramaGeometry, Unwrapper, with_found_circle
+from andante.data import CameraSpec, ImageArray
+from andante.errors import BlankImageError, ConfigError, ImageError
+from andante.features import FourierEncoder, PixelEncoder
+from andante.mapping.config import FeatureConfig, PanoramaConfig
+from andante.protocols import Encoder, Recording
+
+MIN_CONTRAST = 1.0
+"""Standard deviation in grey levels below which a panorama shows nothing."""
+_CIRCLE_FRAMES = 12
+
+
+def make_encoder(config: FeatureConfig, shape: tuple[int, int], *, wrap: bool) -> Encoder:
+    """The configured encoder for panoramas of (height, width)."""
+    height, width = shape
+    if config.kind == "pixels":
+        return PixelEncoder(height, width, config.normalise, config.window_share, config.deviation_floor, wrap)
+    values = config.model_dump(exclude={"kind"})
+    # A source narrower than the configured panorama has fewer frequencies to offer.
+    values["n_frequencies"] = min(config.n_frequencies, width // 2 + 1)
+    return FourierEncoder(height, width, **values, wrap=wrap)
+
+
+def camera_of(recording: Recording) -> CameraSpec:
+    """The camera of a recording, its image circle found from frames spread over it where not declared."""
+    spec = recording.camera
+    if spec.model != "fisheye" or (spec.centre_px is not None and spec.radius_px is not None):
+        return spec
+    step = max(1, len(recording.infos) // _CIRCLE_FRAMES)
+    indices = range(0, len(recording.infos), step)
+    return with_found_circle(spec, [frame.image for frame in islice(recording.frames(indices), _CIRCLE_FRAMES)])
+
+
+def camera_of_images(spec: CameraSpec, images: Iterable[ImageArray]) -> CameraSpec:
+    """The same for loose images."""
+    if spec.model != "fisheye" or (spec.centre_px is not None and spec.radius_px is not None):
+        return spec
+    return with_found_circle(spec, list(islice(images, _CIRCLE_FRAMES)))
+
+
+class FrontEnd:
+    """Pictures of one camera -> panoramas and feature vectors; safe to call from many threads.
+
+    ``image_shape`` (height, width) is the size that ``camera`` speaks of; pictures of another resolution but
+    the same proportions are understood as well. Features have ``dim`` numbers in float32.
+    """
+
+    def __init__(
+        self, camera: CameraSpec, image_shape: tuple[int, int], panorama: PanoramaConfig, features: FeatureConfig
+    ) -> None:
+        self.camera = camera
+        self.image_shape = image_shape
+        self.geometry = PanoramaGeometry(**panorama.model_dump())
+        self._feature_config = features
+        self._unwrappers = {image_shape: Unwrapper(camera, image_shape, self.geometry)}
+        self.panorama_shape = self._unwrappers[image_shape].shape
+        self.encoder = make_encoder(features, self.panorama_shape, wrap=camera.heading_invariant)
+
+    @property
+    def dim(self) -> int:
+        """Length of the feature vector."""
+        return self.encoder.dim
+
+    def with_camera(self, camera: CameraSpec, image_shape: tuple[int, int]) -> FrontEnd:
+        """The same features from another camera; raises ``ConfigError`` where the panoramas do not match."""
+        panorama = PanoramaConfig(**dataclasses.asdict(self.geometry))
+        other = FrontEnd(camera, image_shape, panorama, self._feature_config)
+        if other.panorama_shape != self.panorama_shape or camera.model != self.camera.model:
+            raise ConfigError(
+                f"this map was made from {self.camera.model} images giving panoramas of {_size(self.panorama_shape)}, "
+                f"the new {camera.model} camera gives {_size(other.panorama_shape)}; use a camera like the map's"
+            )
+        return other
+
+    def panorama(self, image: ImageArray) -> ImageArray:
+        """(height, width[, 3]) uint8 -> panorama (H, W[, 3]); raises ``ImageError`` for foreign proportions."""
+        shape = (image.shape[0], image.shape[1])
+        unwrapper = self._unwrappers.get(shape)
+        if unwrapper is None:
+            unwrapper = self._unwrappers[shape] = self._scaled_unwrapper(shape)
+        return unwrapper(image)
+
+    def features(self, image: ImageArray) -> NDArray[np.float32]:
+        """(height, width[, 3]) uint8 -> (dim,); raises ``BlankImageError`` where it shows nothing."""
+        panorama = self.panorama(image)
+        contrast = float(panorama.std())
+        if contrast < MIN_CONTRAST:
+            raise BlankImageError(
+                f"the image shows nothing: its panorama has a contrast of {contrast:.1f} grey levels, at least "
+                f"{MIN_CONTRAST:g} is needed; is the lens covered?"
+            )
+        return self.encoder.encode(panorama)
+
+    def _scaled_unwrapper(self, shape: tuple[int, int]) -> Unwrapper:
+        scale = shape[1] / self.image_shape[1]
+        if abs(shape[0] - scale * self.image_shape[0]) > 1.0:
+            raise ImageError(
+                f"an image of {_size(shape)} px does not fit the camera, whose images are "
+                f"{_size(self.image_shape)} px or of the same proportions"
+            )
+        unwrapper = Unwrapper(self.camera, shape, self.geometry, scale=scale)
+        if unwrapper.shape != self.panorama_shape:
+            raise ImageError(
+                f"an image of {_size(shape)} px is too small: it gives a panorama of {_size(unwrapper.shape)} px, "
+                f"the map needs {_size(self.panorama_shape)} px"
+            )
+        return unwrapper
+
+
+def _size(shape: tuple[int, int]) -> str:
+    return f"{shape[1]}x{shape[0]}"

@@ -1,0 +1,283 @@
+"""From slow features to positions, with what is needed to say how sure that is.
+
+The representation is not the readout: slow features say *which place*, references or a regression fitted on them say
+*where*. ``local`` looks up the most similar references; ``polynomial`` is the thesis' global regression (5.2);
+``gaussian-process`` interpolates smoothly and knows its variance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+from math import comb
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+from scipy.spatial.distance import cdist
+
+from andante.data import FloatArray
+from andante.errors import LearningError
+from andante.mapping.config import ReadoutConfig
+
+_GAUSSIAN_PROCESS_POINTS = 600
+_MEDIAN_SAMPLE = 400
+
+
+@dataclass(frozen=True)
+class Located:
+    """Positions for n images.
+
+    ``xy`` (n, 2) in metres (or places), ``covariance`` (n, 2, 2) uncalibrated, ``likeness`` (n,) from 1 (looks
+    like a mapped place) to 0 (no more like the nearest reference than like any), ``agreement`` (n,) the share of
+    the evidence that speaks for this position, ``candidates`` (n, m, 2) with ``weights`` (n, m), best first;
+    candidates within ``reach`` of ``xy`` are the same place.
+    """
+
+    xy: FloatArray
+    covariance: FloatArray
+    likeness: FloatArray
+    agreement: FloatArray
+    candidates: FloatArray
+    weights: FloatArray
+    reach: float = np.inf
+
+    @property
+    def sigma(self) -> FloatArray:
+        """(n,) root of the covariance's trace: the expected distance to the truth, before calibration."""
+        return np.sqrt(np.trace(self.covariance, axis1=1, axis2=2))
+
+
+class Readout(Protocol):
+    """Slow features (n, k) -> positions."""
+
+    def locate(self, slow: FloatArray) -> Located:
+        """(n, k) -> n positions with their uncertainty."""
+        ...
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Arrays by name, for a file."""
+        ...
+
+
+@dataclass(frozen=True)
+class LocalReadout:
+    """The nearest references vote, and those around the winner are averaged.
+
+    ``references`` (r, k) float32 are slow features times ``metric`` (k,); ``xy`` (r, 2) their positions;
+    ``typical`` is the median squared distance between references, the yardstick of likeness.
+    """
+
+    references: NDArray[np.float32]
+    xy: FloatArray
+    metric: FloatArray
+    typical: float
+    neighbours: int
+    sharpness: float
+    consensus_m: float
+    floor_m: float
+
+    @classmethod
+    def fit(
+        cls, slow: FloatArray, xy: FloatArray, metric: FloatArray, config: ReadoutConfig, consensus_m: float
+    ) -> LocalReadout:
+        """From slow features (n, k) and positions (n, 2) of the mapped frames."""
+        references = np.ascontiguousarray(slow * metric, dtype=np.float32)
+        sample = references[np.linspace(0, len(references) - 1, min(len(references), _MEDIAN_SAMPLE)).astype(int)]
+        typical = float(np.median(cdist(sample, references, "sqeuclidean")))
+        if typical <= 0:
+            raise LearningError("all references look the same in slow-feature space; are the images all one picture?")
+        neighbours = min(config.neighbours, len(references))
+        # Two references of one place are this far apart; no position can be told more finely.
+        spacing = np.median(np.linalg.norm(np.diff(xy, axis=0), axis=1)) if len(xy) > 1 else 0.0
+        floor_m = max(float(spacing), 0.02 * consensus_m)
+        return cls(references, xy, metric, typical, neighbours, config.sharpness, consensus_m, floor_m)
+
+    def locate(self, slow: FloatArray) -> Located:
+        """(n, k) -> n positions."""
+        queries = np.asarray(slow * self.metric, dtype=np.float32)
+        squared = _squared_distances(queries, self.references)
+        nearest = _smallest(squared, self.neighbours)
+        d2 = np.take_along_axis(squared, nearest, axis=1).astype(np.float64)
+        # How clearly each neighbour loses against the nearest one.
+        best = np.maximum(d2[:, :1], 1e-9 * self.typical)
+        votes = np.exp(-self.sharpness * (d2 / best - 1))
+        votes /= votes.sum(axis=1, keepdims=True)
+        positions = self.xy[nearest]
+        apart = np.linalg.norm(positions[:, :, None] - positions[:, None], axis=-1)
+        support = np.where(apart <= self.consensus_m, votes[:, None, :], 0)
+        rows = np.arange(len(slow))
+        winner = support.sum(axis=2).argmax(axis=1)
+        share = support[rows, winner]
+        agreement = share.sum(axis=1)
+        share /= agreement[:, None]
+        xy = np.einsum("nm,nmi->ni", share, positions)
+        # All votes count for the spread, so that two places that look alike give a large one.
+        offset = positions - xy[:, None]
+        covariance = np.einsum("nm,nmi,nmj->nij", votes, offset, offset) + np.eye(2) * self.floor_m**2 / 2
+        likeness = np.clip((np.median(squared, axis=1) - d2[:, 0]) / self.typical, 0, None)
+        return Located(xy, covariance, likeness, agreement, positions, votes, self.consensus_m)
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Arrays by name, for a file."""
+        numbers = [self.typical, self.neighbours, self.sharpness, self.consensus_m, self.floor_m]
+        return {"references": self.references, "xy": self.xy, "metric": self.metric, "numbers": np.array(numbers)}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> LocalReadout:
+        """The inverse of ``to_arrays``."""
+        typical, neighbours, sharpness, consensus_m, floor_m = arrays["numbers"].tolist()
+        named = (arrays["references"], arrays["xy"], arrays["metric"])
+        return cls(*named, typical, int(neighbours), sharpness, consensus_m, floor_m)
+
+
+@dataclass(frozen=True)
+class PolynomialReadout:
+    """One polynomial of the slowest features for the whole garden: the thesis' regression (5.2)."""
+
+    coefficients: FloatArray
+    residual: FloatArray
+    inputs: int
+    degree: int
+
+    @property
+    def terms(self) -> int:
+        """Number of monomials of up to ``degree`` in ``inputs`` variables."""
+        return comb(self.inputs + self.degree, self.degree)
+
+    @classmethod
+    def fit(cls, slow: FloatArray, xy: FloatArray, config: ReadoutConfig) -> PolynomialReadout:
+        """Least squares on slow features (n, k) and positions (n, 2)."""
+        inputs = min(config.inputs, slow.shape[1])
+        terms = _monomials(slow[:, :inputs], config.degree)
+        if len(terms) <= terms.shape[1]:
+            raise LearningError(
+                f"a polynomial of degree {config.degree} in {inputs} slow features has {terms.shape[1]} terms, "
+                f"but there are {len(terms)} frames; lower readout.inputs or readout.degree"
+            )
+        coefficients = linalg.lstsq(terms, xy)[0]
+        offset = xy - terms @ coefficients
+        residual = offset.T @ offset / (len(terms) - terms.shape[1])
+        return cls(np.ascontiguousarray(coefficients), residual, inputs, config.degree)
+
+    def locate(self, slow: FloatArray) -> Located:
+        """(n, k) -> n positions; likeness falls where the features leave the range they were learnt in."""
+        terms = _monomials(slow[:, : self.inputs], self.degree)
+        xy = terms @ self.coefficients
+        # Unit variance is what the mapped frames have on average.
+        likeness = 1 / np.maximum(1, (slow[:, : self.inputs] ** 2).mean(axis=1))
+        covariance = self.residual[None] / likeness[:, None, None]
+        ones = np.ones(len(slow))
+        return Located(xy, covariance, likeness, ones, xy[:, None], ones[:, None])
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Arrays by name, for a file."""
+        numbers = np.array([self.inputs, self.degree], dtype=np.int64)
+        return {"coefficients": self.coefficients, "residual": self.residual, "numbers": numbers}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> PolynomialReadout:
+        """The inverse of ``to_arrays``."""
+        inputs, degree = (int(number) for number in arrays["numbers"])
+        return cls(arrays["coefficients"], arrays["residual"], inputs, degree)
+
+
+@dataclass(frozen=True)
+class GaussianProcessReadout:
+    """A Gaussian process from slow features to positions, with its own variance (Rasmussen and Williams 2006, 2.2).
+
+    ``points`` (m, k) are slow features times ``metric`` (k,), ``dual`` (m, 2) the weights of the mean, ``factor``
+    (m, m) the Cholesky factor of the kernel matrix, ``prior`` the variance of positions far from all points.
+    """
+
+    points: FloatArray
+    metric: FloatArray
+    dual: FloatArray
+    factor: FloatArray
+    mean: FloatArray
+    length: float
+    noise: float
+    prior: float
+
+    @classmethod
+    def fit(cls, slow: FloatArray, xy: FloatArray, metric: FloatArray) -> GaussianProcessReadout:
+        """Length and noise by marginal likelihood on at most 600 frames spread evenly."""
+        chosen = np.linspace(0, len(slow) - 1, min(len(slow), _GAUSSIAN_PROCESS_POINTS)).astype(int)
+        points, mean = slow[chosen] * metric, xy.mean(axis=0)
+        centred = xy[chosen] - mean
+        squared = cdist(points, points, "sqeuclidean")
+        typical = float(np.median(squared))
+        prior = float(centred.var(axis=0).mean())
+        if typical <= 0 or prior <= 0:
+            raise LearningError("a Gaussian process needs frames at different places that look different")
+        grid = [(np.sqrt(typical * s), n) for s in (0.1, 0.3, 1.0, 3.0) for n in (1e-4, 1e-3, 1e-2, 1e-1)]
+        length, noise = max(grid, key=lambda one: _evidence(squared, centred / np.sqrt(prior), *one))
+        factor = np.tril(linalg.cholesky(_kernel(squared, length, noise), lower=True))
+        dual = linalg.cho_solve((factor, True), centred)
+        return cls(points, metric, dual, factor, mean, float(length), float(noise), prior)
+
+    def locate(self, slow: FloatArray) -> Located:
+        """(n, k) -> n positions; likeness is the share of the prior variance that the points explain."""
+        cross = np.exp(-cdist(slow * self.metric, self.points, "sqeuclidean") / (2 * self.length**2))
+        xy = cross @ self.dual + self.mean
+        explained = (linalg.solve_triangular(self.factor, cross.T, lower=True) ** 2).sum(axis=0)
+        unexplained = np.clip(1 - explained, 0, 1)
+        variance = self.prior * (unexplained + self.noise)
+        ones = np.ones(len(slow))
+        covariance = variance[:, None, None] * np.eye(2)
+        return Located(xy, covariance, 1 - unexplained, ones, xy[:, None], ones[:, None])
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """Arrays by name, for a file."""
+        return {
+            "points": self.points,
+            "metric": self.metric,
+            "dual": self.dual,
+            "factor": self.factor,
+            "mean": self.mean,
+            "numbers": np.array([self.length, self.noise, self.prior]),
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> GaussianProcessReadout:
+        """The inverse of ``to_arrays``."""
+        names = ("points", "metric", "dual", "factor", "mean")
+        return cls(*(arrays[name] for name in names), *arrays["numbers"].tolist())
+
+
+def _squared_distances(queries: NDArray[np.float32], references: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(n, r) by one product; the largest rounding error is far below the distance between two images."""
+    squared = (queries**2).sum(axis=1)[:, None] + (references**2).sum(axis=1) - 2 * (queries @ references.T)
+    return np.maximum(squared, 0)
+
+
+def _smallest(values: NDArray[np.float32], count: int) -> NDArray[np.intp]:
+    """Columns of the ``count`` smallest values of each row, ascending."""
+    if count < values.shape[1]:
+        columns = np.argpartition(values, count - 1, axis=1)[:, :count]
+    else:
+        columns = np.broadcast_to(np.arange(values.shape[1]), values.shape)
+    order = np.argsort(np.take_along_axis(values, columns, axis=1), axis=1, kind="stable")
+    return np.take_along_axis(columns, order, axis=1)
+
+
+def _monomials(x: FloatArray, degree: int) -> FloatArray:
+    """All products of up to ``degree`` columns, the constant first: (n, k) -> (n, terms)."""
+    columns = [np.ones(len(x))]
+    for power in range(1, degree + 1):
+        columns += [np.prod(x[:, list(c)], axis=1) for c in combinations_with_replacement(range(x.shape[1]), power)]
+    return np.stack(columns, axis=1)
+
+
+def _kernel(squared: FloatArray, length: float, noise: float) -> FloatArray:
+    kernel: FloatArray = np.exp(-squared / (2 * length**2)) + (noise + 1e-9) * np.eye(len(squared))
+    return kernel
+
+
+def _evidence(squared: FloatArray, targets: FloatArray, length: float, noise: float) -> float:
+    """Log marginal likelihood up to a constant, summed over x and y."""
+    factor = linalg.cholesky(_kernel(squared, length, noise), lower=True)
+    white = linalg.solve_triangular(factor, targets, lower=True)
+    return float(-0.5 * (white**2).sum() - targets.shape[1] * np.log(np.diag(factor)).sum())

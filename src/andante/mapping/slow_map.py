@@ -1,0 +1,175 @@
+"""The map: one value that turns an image into an estimate, and fits into one small file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andante.data import CameraSpec, Estimate, FloatArray, Hypothesis, ImageArray, Status
+from andante.errors import BlankImageError
+from andante.mapping.calibration import Calibration
+from andante.mapping.compact import CompactModel
+from andante.mapping.config import MapConfig
+from andante.mapping.frontend import FrontEnd, camera_of
+from andante.mapping.readout import Located, Readout
+from andante.protocols import Recording
+
+Unit = Literal["m", "place"]
+
+
+@dataclass(frozen=True)
+class Source:
+    """One recording that a map was made from.
+
+    ``content_hash`` tells it from all others; ``folder`` says where it was found, for comparisons that need its
+    images again; ``poses`` is which of its poses were learnt from, reference, odometry or place.
+    """
+
+    name: str
+    content_hash: str
+    frames: int
+    poses: str
+    conditions: Mapping[str, Any] = field(default_factory=dict)
+    skipped: tuple[str, ...] = ()
+    folder: str | None = None
+
+
+@dataclass(frozen=True)
+class SlowMap:
+    """What is needed to localize, and where it came from; made by ``build_map`` or ``SlowMap.load``."""
+
+    config: MapConfig
+    front_end: FrontEnd
+    model: CompactModel
+    readout: Readout
+    calibration: Calibration
+    sources: tuple[Source, ...]
+    unit: Unit = "m"
+    name: str = "andante"
+
+    @classmethod
+    def load(cls, path: str | Path) -> SlowMap:
+        """Read a map file; raises ``MapError`` for anything but a complete map of a known schema."""
+        from andante.mapping.artifact import read_map
+
+        return read_map(path)
+
+    def save(self, path: str | Path) -> int:
+        """Write the map atomically and return its size in bytes; raises ``MapError`` where that fails."""
+        from andante.mapping.artifact import write_map
+
+        return write_map(self, path)
+
+    def for_recording(self, recording: Recording) -> SlowMap:
+        """This map for the camera of a recording, whose image circle is found where it is not declared."""
+        if recording.camera == self.front_end.camera or not recording.infos:
+            return self
+        first = next(iter(recording.frames()), None)
+        if first is None:
+            return self
+        return self.for_camera(camera_of(recording), first.image)
+
+    def for_camera(self, camera: CameraSpec, image: ImageArray) -> SlowMap:
+        """This map for another camera, ``image`` being one of its pictures."""
+        return replace(self, front_end=self.front_end.with_camera(camera, (image.shape[0], image.shape[1])))
+
+    def slow_features(self, image: ImageArray) -> FloatArray:
+        """(height, width[, 3]) uint8 -> (k,) slow features, slowest first."""
+        return self.model.transform(self.front_end.features(image)[None])[0]
+
+    def localize(self, image: ImageArray) -> Estimate:
+        """Where an image was taken: grey (height, width) or BGR (height, width, 3) uint8.
+
+        A picture that shows nothing gives status lost; one of the wrong size raises ``ImageError``.
+        """
+        try:
+            features = self.front_end.features(image)
+        except BlankImageError as error:
+            return Estimate(Status.LOST, str(error))
+        return self.estimate(features)
+
+    def estimate(self, features: NDArray[np.float32]) -> Estimate:
+        """The same from a feature vector (d,)."""
+        located = self.readout.locate(self.model.transform(features[None]))
+        status, reason = self._judge(located)
+        hypotheses = self._hypotheses(located)
+        if not status.has_pose:
+            return Estimate(status, reason, hypotheses=hypotheses)
+        x, y = (float(value) for value in located.xy[0])
+        if self.unit == "place":
+            return Estimate(status, reason, place=round(x), hypotheses=hypotheses)
+        covariance = np.full((3, 3), np.nan)
+        covariance[:2, :2] = located.covariance[0]
+        radius = self.calibration.radius_factor * float(located.sigma[0])
+        return Estimate(status, reason, x, y, None, covariance, radius, hypotheses=hypotheses)
+
+    def describe(self) -> dict[str, Any]:
+        """What is in the map, as plain values."""
+        return {
+            "unit": self.unit,
+            "feature_dim": self.model.input_dim,
+            "slow_features": self.model.output_dim,
+            "deltas": [float(delta) for delta in self.model.deltas],
+            "panorama_px": [self.front_end.panorama_shape[1], self.front_end.panorama_shape[0]],
+            "heading_invariant": self.heading_invariant,
+            "recordings": [
+                {
+                    "name": source.name,
+                    "content_hash": source.content_hash,
+                    "frames": source.frames,
+                    "poses": source.poses,
+                    "conditions": dict(source.conditions),
+                    "skipped": list(source.skipped),
+                }
+                for source in self.sources
+            ],
+            "cross_validation": {
+                "kind": self.calibration.kind,
+                "folds": [vars(fold) for fold in self.calibration.folds],
+            },
+            "config": self.config.model_dump(mode="json"),
+        }
+
+    @property
+    def heading_invariant(self) -> bool:
+        """Whether features are the same whichever way the robot looks."""
+        return self.config.features.kind == "fourier" and self.front_end.camera.heading_invariant
+
+    def learnt_from(self, content_hash: str) -> bool:
+        """Whether a recording with this content is in the map."""
+        return any(source.content_hash == content_hash for source in self.sources)
+
+    def _judge(self, located: Located) -> tuple[Status, str]:
+        likeness, agreement = float(located.likeness[0]), float(located.agreement[0])
+        bounds = self.calibration
+        if likeness < bounds.off_map_below:
+            return Status.OFF_MAP, (
+                f"no mapped place looks like this: likeness {likeness:.2f}, held-out images of the map had more than "
+                f"{bounds.off_map_below:.2f}"
+            )
+        if agreement < bounds.lost_below:
+            return Status.LOST, (
+                f"several places look like this: {agreement:.0%} of the evidence agrees, held-out images of the map "
+                f"had more than {bounds.lost_below:.0%}"
+            )
+        if likeness * agreement < bounds.degraded_below:
+            return Status.DEGRADED, (
+                f"less sure than for 95 % of the held-out images: likeness {likeness:.2f}, agreement {agreement:.0%}"
+            )
+        return Status.OK, f"likeness {likeness:.2f}, {agreement:.0%} of the evidence agrees"
+
+    def _hypotheses(self, located: Located) -> tuple[Hypothesis, ...]:
+        """The estimate itself with what speaks for it, then the other candidates."""
+        best, agreement = located.xy[0], float(located.agreement[0])
+        others = zip(located.candidates[0], located.weights[0], strict=True)
+        rest = [
+            Hypothesis(float(xy[0]), float(xy[1]), float(weight))
+            for xy, weight in others
+            if np.linalg.norm(xy - best) > located.reach
+        ]
+        return (Hypothesis(float(best[0]), float(best[1]), agreement), *rest)
