@@ -82,8 +82,8 @@ class Encoder(Protocol):
         """Length d of the feature vector."""
         ...
 
-    def encode(self, panorama: ImageArray) -> NDArray[np.float32]:
-        """(height, width) uint8 -> (d,) float32."""
+    def encode(self, panoramas: ImageArray) -> NDArray[np.float32]:
+        """Grey uint8 (height, width) -> (d,) float32, or a stack (n, height, width) -> (n, d)."""
         ...
 
 

@@ -2,6 +2,7 @@
 
 from andante.features.fourier import FourierEncoder as FourierEncoder
 from andante.features.fourier import fourier_magnitudes as fourier_magnitudes
+from andante.features.illumination import Surroundings as Surroundings
 from andante.features.illumination import orientation_channels as orientation_channels
 from andante.features.illumination import patch_normalised as patch_normalised
 from andante.features.pixels import PixelEncoder as PixelEncoder

@@ -5,18 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft
 
 from andante.data import ImageArray
 from andante.errors import ConfigError
 from andante.features.illumination import (
     Float32Array,
-    as_grey,
+    Surroundings,
     orientation_channels,
     patch_normalised,
     window_px,
 )
+from andante.features.stack import as_stack, unit_length
 
 
 def fourier_magnitudes(rows: Float32Array, n_frequencies: int) -> Float32Array:
@@ -24,15 +24,9 @@ def fourier_magnitudes(rows: Float32Array, n_frequencies: int) -> Float32Array:
     return np.abs(fft.rfft(rows, axis=-1)[..., :n_frequencies])
 
 
-def unit_length(vector: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The vector at Euclidean length one; a zero vector stays as it is."""
-    length = float(np.linalg.norm(vector))
-    return vector / np.float32(length) if length > 0 else vector
-
-
 @dataclass(frozen=True)
 class FourierEncoder:
-    """A panorama (height, width) -> magnitudes of the lowest ``n_frequencies`` of every row.
+    """Panoramas (height, width) -> magnitudes of the lowest ``n_frequencies`` of every row.
 
     With ``normalise`` the rows are patch-normalised first; with ``orientations`` > 0 that many channels of
     gradient strength are transformed as well and weighted by ``orientation_weight``. Without both, and
@@ -43,7 +37,7 @@ class FourierEncoder:
     width_px: int
     n_frequencies: int = 40
     normalise: bool = True
-    window_share: tuple[float, float] = (0.037, 0.13)
+    window_share: tuple[float, float] = (0.043, 0.2)
     deviation_floor: float = 20.0
     orientations: int = 2
     gradient_floor: float = 5.0
@@ -58,35 +52,25 @@ class FourierEncoder:
                 f"n_frequencies must be in 1..{available} for panoramas {self.width_px} px wide, "
                 f"got {self.n_frequencies}; lower it or widen the panorama"
             )
-        if self.orientations and min(self.height_px, self.width_px) < 2:
-            raise ConfigError(
-                f"orientation channels need panoramas of at least 2x2 px, got {self.width_px}x{self.height_px}; "
-                "set orientations = 0"
-            )
 
     @property
     def dim(self) -> int:
         """Length of the feature vector: rows x frequencies x (1 + orientations)."""
         return self.height_px * self.n_frequencies * (1 + self.orientations)
 
-    def encode(self, panorama: ImageArray) -> Float32Array:
-        """(height, width) or (height, width, 3) uint8 -> (dim,) float32."""
-        grey = as_grey(panorama)
-        if grey.shape != (self.height_px, self.width_px):
-            raise ConfigError(
-                f"this encoder takes panoramas of {self.width_px}x{self.height_px} px, "
-                f"got {grey.shape[1]}x{grey.shape[0]}"
-            )
+    def encode(self, panoramas: ImageArray) -> Float32Array:
+        """Grey uint8 (height, width) -> (dim,) float32, or a stack (n, height, width) -> (n, dim)."""
+        stack = as_stack(panoramas, (self.height_px, self.width_px))
         window = window_px((self.height_px, self.width_px), self.window_share)
-        base = patch_normalised(grey, window, self.deviation_floor, wrap=self.wrap) if self.normalise else grey
-        parts = [self._scaled(fourier_magnitudes(base, self.n_frequencies))]
+        around = Surroundings.of(stack, window, wrap=self.wrap)
+        base = patch_normalised(around, self.deviation_floor) if self.normalise else stack
+        features = self._scaled(fourier_magnitudes(base, self.n_frequencies))
         if self.orientations:
-            channels = orientation_channels(grey, self.orientations, window, self.gradient_floor, wrap=self.wrap)
-            magnitudes = self._scaled(fourier_magnitudes(channels, self.n_frequencies))
-            parts.append(np.float32(self.orientation_weight) * magnitudes)
-        vector = np.concatenate(parts)
-        return self._scaled(vector) if self.orientations else vector
+            channels = orientation_channels(around, self.orientations, self.gradient_floor)
+            edges = self._scaled(fourier_magnitudes(channels, self.n_frequencies))
+            features = self._scaled(np.concatenate([features, np.float32(self.orientation_weight) * edges], axis=1))
+        return features.reshape(*panoramas.shape[:-2], self.dim)
 
     def _scaled(self, magnitudes: Float32Array) -> Float32Array:
-        flat = magnitudes.ravel()
+        flat = magnitudes.reshape(len(magnitudes), -1)
         return unit_length(flat) if self.unit else flat

@@ -1,71 +1,106 @@
-"""What makes a panorama look alike in another light: local means, deviations and orientations."""
+"""What makes a panorama look alike in another light: local means, deviations and orientations.
+
+Everything works on a stack of pictures at once: pictures are small, and a hundred calls for one picture cost more than
+their arithmetic.
+"""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from andante.errors import ConfigError
-
 Float32Array = NDArray[np.float32]
 
 
 def window_px(shape: tuple[int, int], window_share: tuple[float, float]) -> tuple[int, int]:
-    """An odd window (width, height) of at least 3 px from its share of a (height, width) panorama."""
+    """The nearest odd window (width, height), at least 3 px, for its share of a (height, width) panorama."""
     height, width = shape
     share_x, share_y = window_share
-    return 2 * max(1, round(share_x * width / 2)) + 1, 2 * max(1, round(share_y * height / 2)) + 1
+    return 2 * max(1, round((share_x * width - 1) / 2)) + 1, 2 * max(1, round((share_y * height - 1) / 2)) + 1
 
 
-def box_mean(image: Float32Array, window: tuple[int, int], *, wrap: bool) -> Float32Array:
-    """Local mean of (height, width) over an odd window (width, height).
+@dataclass(frozen=True)
+class Surroundings:
+    """Pictures with what lies around them, so that windows at their rim see something sensible.
 
-    The azimuth wraps around in a panorama (``wrap``); elevation, and both axes of a perspective image,
-    are mirrored at the border.
+    ``tall`` holds n pictures of (height, width), each with its margin, one below the other. The azimuth of a
+    panorama wraps around; elevation, and both axes of a perspective picture, are mirrored.
     """
-    if not wrap:
-        return np.asarray(cv2.blur(image, window, borderType=cv2.BORDER_REFLECT), dtype=np.float32)
-    margin = window[0] // 2
-    padded = np.concatenate([image[:, -margin:], image, image[:, :margin]], axis=1)
-    return np.asarray(cv2.blur(padded, window, borderType=cv2.BORDER_REFLECT)[:, margin:-margin], dtype=np.float32)
+
+    tall: Float32Array
+    shape: tuple[int, int, int]
+    margin: tuple[int, int]
+    window: tuple[int, int]
+
+    @classmethod
+    def of(cls, pictures: Float32Array, window: tuple[int, int], *, wrap: bool) -> Surroundings:
+        """Of grey pictures (n, height, width), for windows (width, height) and their neighbours."""
+        n, height, width = pictures.shape
+        mx, my = min(window[0] // 2 + 1, width), min(window[1] // 2 + 1, height)
+        tall = np.empty((n, height + 2 * my, width + 2 * mx), dtype=np.float32)
+        middle = tall[:, my : my + height]
+        middle[:, :, mx : mx + width] = pictures
+        middle[:, :, :mx] = pictures[:, :, -mx:] if wrap else pictures[:, :, :mx][:, :, ::-1]
+        middle[:, :, mx + width :] = pictures[:, :, :mx] if wrap else pictures[:, :, -mx:][:, :, ::-1]
+        tall[:, :my] = middle[:, :my][:, ::-1]
+        tall[:, my + height :] = middle[:, -my:][:, ::-1]
+        return cls(tall.reshape(-1, width + 2 * mx), (n, height, width), (mx, my), window)
+
+    def cropped(self, tall: Float32Array) -> Float32Array:
+        """Without margins: (n, height, width)."""
+        n, height, width = self.shape
+        mx, my = self.margin
+        return tall.reshape(n, height + 2 * my, width + 2 * mx)[:, my : my + height, mx : mx + width]
+
+    def mean(self, tall: Float32Array) -> Float32Array:
+        """Mean over the window around every pixel."""
+        return _float32(cv2.blur(tall, self.window))
 
 
-def patch_normalised(
-    image: Float32Array, window: tuple[int, int], deviation_floor: float, *, wrap: bool
-) -> Float32Array:
-    """Subtract the local mean and divide by the local deviation.
+def patch_normalised(around: Surroundings, deviation_floor: float) -> Float32Array:
+    """Subtract the local mean and divide by the local deviation: (n, height, width).
 
     ``deviation_floor``, in grey levels, keeps noise and faint clouds from being blown up to the size of
     real edges: variance + floor² stands below the root. Thesis 5.1.1 normalises patches in its first layer.
     """
-    mean = box_mean(image, window, wrap=wrap)
-    variance = box_mean(image * image, window, wrap=wrap) - mean * mean
-    return (image - mean) / np.sqrt(np.maximum(variance, 0) + np.float32(deviation_floor**2))
+    tall = around.tall
+    mean = around.mean(tall)
+    # In place from here on: fresh arrays of this size cost more than the arithmetic.
+    deviation = around.mean(tall * tall)
+    deviation -= mean * mean
+    np.maximum(deviation, 0, out=deviation)
+    deviation += np.float32(deviation_floor**2)
+    np.sqrt(deviation, out=deviation)
+    np.subtract(tall, mean, out=mean)
+    mean /= deviation
+    return around.cropped(mean)
 
 
-def orientation_channels(
-    image: Float32Array, count: int, window: tuple[int, int], gradient_floor: float, *, wrap: bool
-) -> Float32Array:
-    """(count, height, width): strength of the gradient along ``count`` directions in [0°, 180°).
+def orientation_channels(around: Surroundings, count: int, gradient_floor: float) -> Float32Array:
+    """(n, count, height, width): strength of the gradient along ``count`` directions in [0°, 180°).
 
     Gradients are divided by their local root mean square plus ``gradient_floor`` (grey levels a pixel), and
     made positive: an edge between tree and sky counts the same before a dark and before a burnt-out sky.
     """
-    padded = np.concatenate([image[:, -1:], image, image[:, :1]], axis=1) if wrap else np.pad(image, ((0, 0), (1, 1)), "edge")
-    along_x = (padded[:, 2:] - padded[:, :-2]) / 2
-    along_y = np.gradient(image, axis=0)
-    energy = box_mean(along_x * along_x + along_y * along_y, window, wrap=wrap)
-    scale = 1 / (np.sqrt(np.maximum(energy, 0)) + np.float32(gradient_floor))
-    angles = np.pi * np.arange(count) / count
-    channels = [np.abs(np.cos(a) * along_x + np.sin(a) * along_y) * scale for a in angles]
-    return np.asarray(channels, dtype=np.float32)
+    along_x, along_y = (_float32(cv2.Sobel(around.tall, cv2.CV_32F, dx, 1 - dx, ksize=1, scale=0.5)) for dx in (1, 0))
+    energy = along_x * along_x
+    energy += along_y * along_y
+    scale = around.mean(energy)
+    np.sqrt(np.maximum(scale, 0, out=scale), out=scale)
+    scale += np.float32(gradient_floor)
+    along_x /= scale
+    along_y /= scale
+    n, height, width = around.shape
+    channels = np.empty((n, count, height, width), dtype=np.float32)
+    for channel, angle in enumerate(np.pi * np.arange(count) / count):
+        along = np.float32(np.cos(angle)) * along_x
+        along += np.float32(np.sin(angle)) * along_y
+        np.abs(around.cropped(along), out=channels[:, channel])
+    return channels
 
 
-def as_grey(image: NDArray[np.uint8]) -> Float32Array:
-    """Grey float32 (height, width) of a grey or BGR uint8 picture."""
-    if image.ndim == 3 and image.shape[2] == 3:
-        image = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
-    if image.ndim != 2:
-        raise ConfigError(f"a panorama is (height, width) or (height, width, 3), got shape {image.shape}")
-    return image.astype(np.float32)
+def _float32(image: object) -> Float32Array:
+    return np.asarray(image, dtype=np.float32)

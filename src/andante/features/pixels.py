@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from andante.data import ImageArray
-from andante.errors import ConfigError
-from andante.features.fourier import unit_length
-from andante.features.illumination import Float32Array, as_grey, patch_normalised, window_px
+from andante.features.illumination import Float32Array, Surroundings, patch_normalised, window_px
+from andante.features.stack import as_stack, unit_length
 
 
 @dataclass(frozen=True)
 class PixelEncoder:
-    """A panorama (height, width) -> its pixels (height * width,), row by row.
+    """Panoramas (height, width) -> their pixels (height * width,), row by row.
 
     Pixels keep the heading: the robot's turn shifts them. With ``normalise`` they are patch-normalised and
     brought to unit length, else they are grey levels 0..255.
@@ -23,7 +20,7 @@ class PixelEncoder:
     height_px: int
     width_px: int
     normalise: bool = True
-    window_share: tuple[float, float] = (0.037, 0.13)
+    window_share: tuple[float, float] = (0.043, 0.2)
     deviation_floor: float = 20.0
     wrap: bool = True
 
@@ -32,15 +29,11 @@ class PixelEncoder:
         """Number of pixels."""
         return self.height_px * self.width_px
 
-    def encode(self, panorama: ImageArray) -> Float32Array:
-        """(height, width) or (height, width, 3) uint8 -> (dim,) float32."""
-        grey = as_grey(panorama)
-        if grey.shape != (self.height_px, self.width_px):
-            raise ConfigError(
-                f"this encoder takes panoramas of {self.width_px}x{self.height_px} px, "
-                f"got {grey.shape[1]}x{grey.shape[0]}"
-            )
-        if not self.normalise:
-            return grey.ravel()
-        window = window_px((self.height_px, self.width_px), self.window_share)
-        return unit_length(np.asarray(patch_normalised(grey, window, self.deviation_floor, wrap=self.wrap)).ravel())
+    def encode(self, panoramas: ImageArray) -> Float32Array:
+        """Grey uint8 (height, width) -> (dim,) float32, or a stack (n, height, width) -> (n, dim)."""
+        stack = as_stack(panoramas, (self.height_px, self.width_px))
+        if self.normalise:
+            window = window_px((self.height_px, self.width_px), self.window_share)
+            stack = patch_normalised(Surroundings.of(stack, window, wrap=self.wrap), self.deviation_floor)
+            stack = unit_length(stack.reshape(len(stack), -1))
+        return stack.reshape(*panoramas.shape[:-2], self.dim)

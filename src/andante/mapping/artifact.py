@@ -18,12 +18,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import TypeAdapter
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
 from andante.data import CameraSpec
 from andante.errors import AndanteError, MapError
-from andante.mapping.calibration import Calibration, Fold
+from andante.mapping.calibration import Calibration
 from andante.mapping.compact import CompactModel
 from andante.mapping.config import MapConfig
 from andante.mapping.frontend import FrontEnd
@@ -31,6 +32,9 @@ from andante.mapping.readout import GaussianProcessReadout, LocalReadout, Polyno
 from andante.mapping.slow_map import SlowMap, Source
 
 SCHEMA = 1
+_CAMERA = TypeAdapter(CameraSpec)
+_CALIBRATION = TypeAdapter(Calibration)
+_SOURCE = TypeAdapter(Source)
 MAX_BYTES = 2**31
 _FORMAT = "andante-map"
 _READOUTS: dict[str, type[LocalReadout] | type[PolynomialReadout] | type[GaussianProcessReadout]] = {
@@ -131,7 +135,7 @@ def _checked_header(metadata: Mapping[str, str], path: Path) -> dict[str, Any]:
 
 def _assembled(header: dict[str, Any], arrays: dict[str, NDArray[Any]], path: Path) -> SlowMap:
     config = MapConfig.checked(header["config"])
-    camera = CameraSpec(**{key: tuple(v) if isinstance(v, list) else v for key, v in header["camera"].items()})
+    camera = _CAMERA.validate_python(header["camera"])
     height, width = (int(side) for side in header["image_shape"])
     front_end = FrontEnd(camera, (height, width), config.panorama, config.features)
     for name, array in arrays.items():
@@ -140,8 +144,7 @@ def _assembled(header: dict[str, Any], arrays: dict[str, NDArray[Any]], path: Pa
     model = CompactModel.from_arrays(_section("model", arrays))
     readout = _READOUTS[config.readout.kind].from_arrays(_section("readout", arrays))
     _check_shapes(front_end, model, readout)
-    folds = tuple(Fold(**fold) for fold in header["calibration"].pop("folds"))
-    calibration = Calibration(**header["calibration"], folds=folds)
+    calibration = _CALIBRATION.validate_python(header["calibration"])
     sources = tuple(_read_source(values, path) for values in header["sources"])
     return SlowMap(config, front_end, model, readout, calibration, sources, header["unit"], header["name"])
 
@@ -149,8 +152,7 @@ def _assembled(header: dict[str, Any], arrays: dict[str, NDArray[Any]], path: Pa
 def _read_source(values: dict[str, Any], path: Path) -> Source:
     folder = values["folder"]
     values["folder"] = None if folder is None else os.path.normpath(path.resolve().parent / folder)
-    values["skipped"] = tuple(values["skipped"])
-    return Source(**values)
+    return _SOURCE.validate_python(values)
 
 
 def _check_shapes(front_end: FrontEnd, model: CompactModel, readout: Readout) -> None:

@@ -6,30 +6,34 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
-from andante.data import Frame, FrameInfo, Trajectory
+from andante.data import FloatArray, Frame, FrameInfo, ImageArray, Trajectory
 from andante.errors import LearningError, RecordingError
 from andante.mapping.calibration import Calibration, calibrate
 from andante.mapping.compact import CompactModel
 from andante.mapping.config import MapConfig, Positions
 from andante.mapping.frontend import FrontEnd, camera_of
 from andante.mapping.learning import Ground, Learnt, learn_slow, learning_edges, typical_radius
-from andante.mapping.readout import GaussianProcessReadout, Located, LocalReadout, PolynomialReadout, Readout
+from andante.mapping.readout import GaussianProcessReadout, LocalReadout, Located, PolynomialReadout, Readout
 from andante.mapping.slow_map import SlowMap, Source, Unit
 from andante.mapping.store import FeatureStore
 from andante.mapping.thinning import thinned_by_place
+from andante.mapping.timing import TimedRecording
 from andante.protocols import Recording, StoredRecording
-from andante.recordings import map_frames, moving_frames
+from andante.recordings import default_workers, map_frames, moving_frames
 from andante.sfa import PCA, pca_of_samples
 
 Progress = Callable[[str, int, int], None]
 """Called with a stage, the steps done and the steps in all."""
 
 _PCA_SAMPLE = 800
+_STACK = 8
 _LEAST_RADIUS_M = 0.35
+_APART_RADII = 4
 _LEAST_RADIUS_PLACES = 1.5
 
 
@@ -71,14 +75,12 @@ def build_map(
         raise RecordingError("a map needs at least one recording, got none")
     # Frames that can be mapped: with a position, and not standing still.
     positions = _positions_of(recordings, config.positions)
-    sessions = [_usable(recording, positions, config, log) for recording in recordings]
+    sessions = [_Session(one, *usable_frames(one, positions, config, log)) for one in recordings]
     # Pictures to feature vectors, in the threads that decode.
-    with log.timed("features"):
-        front_end = _front_end(recordings[0], config)
-        store = FeatureStore(front_end.dim)
-    with store:
+    front_end = _front_end(recordings[0], config)
+    with FeatureStore(front_end.dim) as store:
         with log.timed("features"):
-            skipped = [_encode(session, front_end, store, progress, config) for session in sessions]
+            skipped = [_encode(session, front_end, store, progress, log) for session in sessions]
         ground = _ground(sessions, skipped, config, positions)
         # Features to slow features, tried on held-out parts first.
         with log.timed("learn"):
@@ -91,11 +93,9 @@ def build_map(
             model = CompactModel.of(learnt.model if pca is None else learnt.model.after(pca))
             readout = _final_readout(store, model, learnt, ground, config)
             progress("learn", 1, 1)
-    sources = tuple(
-        _source(session, errors, positions) for session, errors in zip(sessions, skipped, strict=True)
-    )
+    sources = tuple(_source(session, errors, positions) for session, errors in zip(sessions, skipped, strict=True))
     unit: Unit = "place" if positions == "place" else "m"
-    resolved = _resolved(config, positions, ground, learnt)
+    resolved = _resolved(config, positions, front_end, ground, learnt)
     return SlowMap(resolved, front_end, model, readout, calibration, sources, unit, name)
 
 
@@ -105,7 +105,7 @@ class _Session:
 
     recording: Recording
     indices: list[int]
-    xy: NDArray[np.float64]
+    xy: FloatArray
 
 
 def _positions_of(recordings: Sequence[Recording], wanted: Positions) -> Positions:
@@ -123,13 +123,19 @@ def _positions_of(recordings: Sequence[Recording], wanted: Positions) -> Positio
     )
 
 
-def _xy(infos: Sequence[FrameInfo], positions: Positions) -> NDArray[np.float64]:
+def _xy(infos: Sequence[FrameInfo], positions: Positions) -> FloatArray:
     if positions == "place":
         return np.array([(np.nan if info.place is None else info.place, 0.0) for info in infos]).reshape(-1, 2)
     return Trajectory.of(infos, "odometry" if positions == "odometry" else "reference").xy_m
 
 
-def _usable(recording: Recording, positions: Positions, config: MapConfig, log: BuildLog) -> _Session:
+def usable_frames(
+    recording: Recording, positions: Positions, config: MapConfig, log: BuildLog | None = None
+) -> tuple[list[int], FloatArray]:
+    """Indices (m,) and positions (m, 2) of the frames to learn from: position known, robot not standing still.
+
+    Raises ``RecordingError`` where there is none.
+    """
     infos = recording.infos
     xy = _xy(infos, positions)
     known = np.isfinite(xy).all(axis=1)
@@ -141,10 +147,11 @@ def _usable(recording: Recording, positions: Positions, config: MapConfig, log: 
         )
     moving = np.zeros(len(infos), dtype=bool)
     moving[moving_frames(infos, config.learning.stationary_m)] = True
-    log.without_position += int((~known).sum())
-    log.stationary += int((known & ~moving).sum())
+    if log is not None:
+        log.without_position += int((~known).sum())
+        log.stationary += int((known & ~moving).sum())
     chosen = np.flatnonzero(known & moving)
-    return _Session(recording, chosen.tolist(), xy[chosen])
+    return chosen.tolist(), xy[chosen]
 
 
 def _front_end(recording: Recording, config: MapConfig) -> FrontEnd:
@@ -156,7 +163,7 @@ def _front_end(recording: Recording, config: MapConfig) -> FrontEnd:
 
 
 def _encode(
-    session: _Session, front_end: FrontEnd, store: FeatureStore, progress: Progress, config: MapConfig
+    session: _Session, front_end: FrontEnd, store: FeatureStore, progress: Progress, log: BuildLog
 ) -> dict[int, str]:
     """Store the features of a session; gives index and reason of every frame that had to be skipped."""
     recording, skipped = session.recording, dict[int, str]()
@@ -164,22 +171,27 @@ def _encode(
         first = next(iter(recording.frames()))
         front_end = front_end.with_camera(camera_of(recording), (first.image.shape[0], first.image.shape[1]))
 
-    def features(frame: Frame) -> NDArray[np.float32]:
-        return front_end.features(frame.image)
+    def panorama(frame: Frame) -> ImageArray:
+        return front_end.grey_panorama(frame.image)
 
     def on_skip(info: FrameInfo, reason: str) -> None:
         skipped[info.index] = reason
 
-    total = len(session.indices)
-    for done, (_, vector) in enumerate(map_frames(recording, features, session.indices, on_skip=on_skip), 1):
-        store.append(vector)
-        progress(recording.name, done + len(skipped), total)
+    total, before = len(session.indices), store.rows
+    # The threads decode and unwrap; encoding whole stacks here keeps the interpreter out of their way.
+    timed = TimedRecording(recording)
+    panoramas = (found for _, found in map_frames(timed, panorama, session.indices, on_skip=on_skip))
+    while stack := list(islice(panoramas, _STACK)):
+        store.extend(front_end.encoder.encode(np.stack(stack)))
+        progress(recording.name, min(total, store.rows - before + len(skipped)), total)
+    # Decoding shares its threads and its time with the rest; its part is told apart from theirs.
+    decode = timed.load_seconds / default_workers()
+    log.seconds["decode"] = log.seconds.get("decode", 0.0) + decode
+    log.seconds["features"] = log.seconds.get("features", 0.0) - decode
     return skipped
 
 
-def _ground(
-    sessions: list[_Session], skipped: list[dict[int, str]], config: MapConfig, positions: Positions
-) -> Ground:
+def _ground(sessions: list[_Session], skipped: list[dict[int, str]], config: MapConfig, positions: Positions) -> Ground:
     """Positions of the frames that were stored, in their order."""
     xy, number = [], []
     for count, (session, missing) in enumerate(zip(sessions, skipped, strict=True)):
@@ -212,17 +224,18 @@ def _cross_validate(
 ) -> Calibration:
     """Everything behind the compression is learnt anew without the held-out frames."""
 
-    def locate_fold(train: NDArray[np.bool_], test: NDArray[np.bool_]) -> Located:
+    def locate_fold(train: NDArray[np.bool_], test: NDArray[np.bool_]) -> tuple[Located, FloatArray]:
         inside = ground.subset(train)
         x = compressed[train]
         learnt = learn_slow(x, learning_edges(inside, config.learning, config.seed), config.learning)
         readout = _readout(learnt.model.transform(x), learnt, inside, config)
-        return readout.locate(learnt.model.transform(compressed[test]))
+        slow = learnt.model.transform(compressed[test])
+        return readout.locate(slow), readout.strangers(slow, ground.xy[test], _APART_RADII * ground.radius)
 
     return calibrate(ground, names, locate_fold, config.calibration)
 
 
-def _readout(slow: NDArray[np.float64], learnt: Learnt, ground: Ground, config: MapConfig) -> Readout:
+def _readout(slow: FloatArray, learnt: Learnt, ground: Ground, config: MapConfig) -> Readout:
     if config.readout.kind == "polynomial":
         return PolynomialReadout.fit(slow, ground.xy, config.readout)
     if config.readout.kind == "gaussian-process":
@@ -254,11 +267,14 @@ def _source(session: _Session, skipped: dict[int, str], positions: Positions) ->
     )
 
 
-def _resolved(config: MapConfig, positions: Positions, ground: Ground, learnt: Learnt) -> MapConfig:
+def _resolved(
+    config: MapConfig, positions: Positions, front_end: FrontEnd, ground: Ground, learnt: Learnt
+) -> MapConfig:
     """The configuration as it came out, with no default left open."""
     return config.with_values(
         {
             "positions": positions,
+            "features": {"kind": front_end.feature_kind},
             "learning": {"place_radius_m": ground.radius, "slow_features": learnt.model.output_dim},
             "readout": {"consensus_m": config.readout.consensus_m or 2 * ground.radius},
             "calibration": {"block_m": config.calibration.block_m or 4 * ground.radius},

@@ -21,8 +21,11 @@ from andante.mapping.learning import Ground
 from andante.mapping.readout import Located
 
 Kind = Literal["sessions", "blocks", "none"]
-FoldLocator = Callable[[NDArray[np.bool_], NDArray[np.bool_]], Located]
-"""Learns from the frames of the first mask and locates those of the second."""
+FoldLocator = Callable[[NDArray[np.bool_], NDArray[np.bool_]], tuple[Located, FloatArray]]
+"""Learns from the frames of the first mask, locates those of the second and says how like strangers they are."""
+
+_FEW_STRANGERS = 0.1
+_FEW_ERRORS = 0.01
 
 
 @dataclass(frozen=True)
@@ -42,8 +45,10 @@ class Calibration:
     """What held-out frames allow to promise.
 
     ``radius_factor`` times a readout's sigma holds the truth for the configured share of held-out frames (split
-    conformal, theory 9). Below ``degraded_below`` the product of likeness and agreement, below ``lost_below``
-    and ``off_map_below`` agreement and likeness are worse than held-out frames were.
+    conformal, theory 9). An image is off the map where its likeness is below ``off_map_below``, which nine in
+    ten held-out images do not reach once their own place is taken off the map; lost where less than
+    ``lost_below`` of the evidence agrees; degraded where likeness times agreement is below ``degraded_below``, which
+    every hundredth image of an unmapped place reaches.
     """
 
     kind: Kind
@@ -54,37 +59,40 @@ class Calibration:
     folds: tuple[Fold, ...] = ()
 
 
-def calibrate(
-    ground: Ground, names: list[str], locate_fold: FoldLocator, config: CalibrationConfig
-) -> Calibration:
+def calibrate(ground: Ground, names: list[str], locate_fold: FoldLocator, config: CalibrationConfig) -> Calibration:
     """Cross-validate and turn held-out errors into a radius factor and thresholds."""
     kind, fold_of, labels = _folds(ground, names, config)
-    errors, sigmas, likeness, agreement, folds = [], [], [], [], []
+    errors, sigmas, agreement, strangers, folds = [], [], [], [], []
     for fold, label in enumerate(labels):
         test = fold_of == fold
         if not test.any() or test.all():
             continue
         try:
-            located = locate_fold(~test, test)
+            located, strange = locate_fold(~test, test)
         except LearningError:
             continue  # too little is left to learn from without this part: nothing can be said of it
         error = np.linalg.norm(located.xy - ground.xy[test], axis=1)
         errors.append(error)
         sigmas.append(located.sigma)
-        likeness.append(located.likeness)
         agreement.append(located.agreement)
+        strangers.append(strange)
         folds.append(_fold(label, error))
     if not errors:
-        return Calibration("none", 3.0, 0.1, 0.05, 0.05)
-    sure = np.concatenate(likeness) * np.concatenate(agreement)
+        return Calibration("none", 3.0, 0.0, 0.0, 0.0)
+    off_map, degraded = _quantiles(np.concatenate(strangers), 1 - _FEW_STRANGERS, 1 - _FEW_ERRORS)
     return Calibration(
         kind=kind,
         radius_factor=conformal_factor(np.concatenate(errors), np.concatenate(sigmas), config.coverage),
-        degraded_below=float(np.quantile(sure, 0.05)),
-        lost_below=0.5 * float(np.quantile(np.concatenate(agreement), 0.01)),
-        off_map_below=0.5 * float(np.quantile(np.concatenate(likeness), 0.01)),
+        degraded_below=degraded,
+        lost_below=min(0.5, float(np.quantile(np.concatenate(agreement), _FEW_ERRORS))),
+        off_map_below=off_map,
         folds=tuple(folds),
     )
+
+
+def _quantiles(values: FloatArray, *shares: float) -> list[float]:
+    """Zero where there are no values to go by."""
+    return [float(np.quantile(values, share)) if len(values) else 0.0 for share in shares]
 
 
 def conformal_factor(error: FloatArray, sigma: FloatArray, coverage: float) -> float:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
 from itertools import islice
+from typing import Literal
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,12 +25,19 @@ _CIRCLE_FRAMES = 12
 def make_encoder(config: FeatureConfig, shape: tuple[int, int], *, wrap: bool) -> Encoder:
     """The configured encoder for panoramas of (height, width)."""
     height, width = shape
-    if config.kind == "pixels":
+    if resolved_kind(config, heading_invariant=wrap) == "pixels":
         return PixelEncoder(height, width, config.normalise, config.window_share, config.deviation_floor, wrap)
     values = config.model_dump(exclude={"kind"})
     # A source narrower than the configured panorama has fewer frequencies to offer.
     values["n_frequencies"] = min(config.n_frequencies, width // 2 + 1)
     return FourierEncoder(height, width, **values, wrap=wrap)
+
+
+def resolved_kind(config: FeatureConfig, *, heading_invariant: bool) -> Literal["fourier", "pixels"]:
+    """The kind of features for a camera, ``auto`` decided."""
+    if config.kind == "auto":
+        return "fourier" if heading_invariant else "pixels"
+    return config.kind
 
 
 def camera_of(recording: Recording) -> CameraSpec:
@@ -40,13 +48,6 @@ def camera_of(recording: Recording) -> CameraSpec:
     step = max(1, len(recording.infos) // _CIRCLE_FRAMES)
     indices = range(0, len(recording.infos), step)
     return with_found_circle(spec, [frame.image for frame in islice(recording.frames(indices), _CIRCLE_FRAMES)])
-
-
-def camera_of_images(spec: CameraSpec, images: Iterable[ImageArray]) -> CameraSpec:
-    """The same for loose images."""
-    if spec.model != "fisheye" or (spec.centre_px is not None and spec.radius_px is not None):
-        return spec
-    return with_found_circle(spec, list(islice(images, _CIRCLE_FRAMES)))
 
 
 class FrontEnd:
@@ -66,6 +67,11 @@ class FrontEnd:
         self._unwrappers = {image_shape: Unwrapper(camera, image_shape, self.geometry)}
         self.panorama_shape = self._unwrappers[image_shape].shape
         self.encoder = make_encoder(features, self.panorama_shape, wrap=camera.heading_invariant)
+
+    @property
+    def feature_kind(self) -> Literal["fourier", "pixels"]:
+        """Which encoder is at work."""
+        return resolved_kind(self._feature_config, heading_invariant=self.camera.heading_invariant)
 
     @property
     def dim(self) -> int:
@@ -91,16 +97,22 @@ class FrontEnd:
             unwrapper = self._unwrappers[shape] = self._scaled_unwrapper(shape)
         return unwrapper(image)
 
-    def features(self, image: ImageArray) -> NDArray[np.float32]:
-        """(height, width[, 3]) uint8 -> (dim,); raises ``BlankImageError`` where it shows nothing."""
+    def grey_panorama(self, image: ImageArray) -> ImageArray:
+        """What the encoder takes; raises ``BlankImageError`` for a picture that shows nothing."""
         panorama = self.panorama(image)
+        if panorama.ndim == 3:
+            panorama = np.asarray(cv2.cvtColor(panorama, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
         contrast = float(panorama.std())
         if contrast < MIN_CONTRAST:
             raise BlankImageError(
                 f"the image shows nothing: its panorama has a contrast of {contrast:.1f} grey levels, at least "
                 f"{MIN_CONTRAST:g} is needed; is the lens covered?"
             )
-        return self.encoder.encode(panorama)
+        return panorama
+
+    def features(self, image: ImageArray) -> NDArray[np.float32]:
+        """(height, width[, 3]) uint8 -> (dim,); raises as ``grey_panorama`` does."""
+        return self.encoder.encode(self.grey_panorama(image))
 
     def _scaled_unwrapper(self, shape: tuple[int, int]) -> Unwrapper:
         scale = shape[1] / self.image_shape[1]

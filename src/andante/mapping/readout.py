@@ -31,7 +31,7 @@ class Located:
     """Positions for n images.
 
     ``xy`` (n, 2) in metres (or places), ``covariance`` (n, 2, 2) uncalibrated, ``likeness`` (n,) from 1 (looks
-    like a mapped place) to 0 (no more like the nearest reference than like any), ``agreement`` (n,) the share of
+    just like a mapped place) to 0 (no more like the nearest reference than like any), ``agreement`` (n,) the share of
     the evidence that speaks for this position, ``candidates`` (n, m, 2) with ``weights`` (n, m), best first;
     candidates within ``reach`` of ``xy`` are the same place.
     """
@@ -47,7 +47,8 @@ class Located:
     @property
     def sigma(self) -> FloatArray:
         """(n,) root of the covariance's trace: the expected distance to the truth, before calibration."""
-        return np.sqrt(np.trace(self.covariance, axis1=1, axis2=2))
+        sigma: FloatArray = np.sqrt(np.trace(self.covariance, axis1=1, axis2=2))
+        return sigma
 
 
 class Readout(Protocol):
@@ -55,6 +56,13 @@ class Readout(Protocol):
 
     def locate(self, slow: FloatArray) -> Located:
         """(n, k) -> n positions with their uncertainty."""
+        ...
+
+    def strangers(self, slow: FloatArray, xy: FloatArray, apart: float) -> FloatArray:
+        """Likeness (n,) that images (n, k) of places ``xy`` (n, 2) would have were these places not mapped.
+
+        Everything within ``apart`` of the image's true place is ignored. Empty for readouts that cannot.
+        """
         ...
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
@@ -67,7 +75,7 @@ class LocalReadout:
     """The nearest references vote, and those around the winner are averaged.
 
     ``references`` (r, k) float32 are slow features times ``metric`` (k,); ``xy`` (r, 2) their positions;
-    ``typical`` is the median squared distance between references, the yardstick of likeness.
+    ``typical`` is the median squared distance between references.
     """
 
     references: NDArray[np.float32]
@@ -117,8 +125,20 @@ class LocalReadout:
         # All votes count for the spread, so that two places that look alike give a large one.
         offset = positions - xy[:, None]
         covariance = np.einsum("nm,nmi,nmj->nij", votes, offset, offset) + np.eye(2) * self.floor_m**2 / 2
-        likeness = np.clip((np.median(squared, axis=1) - d2[:, 0]) / self.typical, 0, None)
+        likeness = self._likeness(squared, d2[:, 0])
         return Located(xy, covariance, likeness, agreement, positions, votes, self.consensus_m)
+
+    def strangers(self, slow: FloatArray, xy: FloatArray, apart: float) -> FloatArray:
+        """The likeness of the best reference that lies elsewhere."""
+        squared = _squared_distances(np.asarray(slow * self.metric, dtype=np.float32), self.references)
+        elsewhere = np.where(cdist(xy, self.xy) > apart, squared, np.inf).min(axis=1)
+        likeness: FloatArray = self._likeness(squared, elsewhere)[np.isfinite(elsewhere)]
+        return likeness
+
+    def _likeness(self, squared: NDArray[np.float32], best: NDArray[np.floating[Any]]) -> FloatArray:
+        # Light and season move an image away from all references alike, and a foreign image is far from all.
+        usual = np.maximum(np.median(squared, axis=1), np.finfo(np.float32).tiny)
+        return np.asarray(np.clip(1 - best / usual, 0, 1), dtype=np.float64)
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Arrays by name, for a file."""
@@ -171,6 +191,10 @@ class PolynomialReadout:
         covariance = self.residual[None] / likeness[:, None, None]
         ones = np.ones(len(slow))
         return Located(xy, covariance, likeness, ones, xy[:, None], ones[:, None])
+
+    def strangers(self, slow: FloatArray, xy: FloatArray, apart: float) -> FloatArray:
+        """Nothing: a regression has no references to ignore."""
+        return np.empty(0)
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Arrays by name, for a file."""
@@ -229,6 +253,10 @@ class GaussianProcessReadout:
         covariance = variance[:, None, None] * np.eye(2)
         return Located(xy, covariance, 1 - unexplained, ones, xy[:, None], ones[:, None])
 
+    def strangers(self, slow: FloatArray, xy: FloatArray, apart: float) -> FloatArray:
+        """Nothing: a regression has no references to ignore."""
+        return np.empty(0)
+
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Arrays by name, for a file."""
         return {
@@ -244,13 +272,15 @@ class GaussianProcessReadout:
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> GaussianProcessReadout:
         """The inverse of ``to_arrays``."""
         names = ("points", "metric", "dual", "factor", "mean")
-        return cls(*(arrays[name] for name in names), *arrays["numbers"].tolist())
+        length, noise, prior = arrays["numbers"].tolist()
+        points, metric, dual, factor, mean = (arrays[name] for name in names)
+        return cls(points, metric, dual, factor, mean, length, noise, prior)
 
 
 def _squared_distances(queries: NDArray[np.float32], references: NDArray[np.float32]) -> NDArray[np.float32]:
     """(n, r) by one product; the largest rounding error is far below the distance between two images."""
     squared = (queries**2).sum(axis=1)[:, None] + (references**2).sum(axis=1) - 2 * (queries @ references.T)
-    return np.maximum(squared, 0)
+    return np.asarray(np.maximum(squared, 0), dtype=np.float32)
 
 
 def _smallest(values: NDArray[np.float32], count: int) -> NDArray[np.intp]:

@@ -66,7 +66,7 @@ class SlowMap:
         return write_map(self, path)
 
     def for_recording(self, recording: Recording) -> SlowMap:
-        """This map for the camera of a recording, whose image circle is found where it is not declared."""
+        """The same map for the camera of a recording, whose image circle is found where it is not declared."""
         if recording.camera == self.front_end.camera or not recording.infos:
             return self
         first = next(iter(recording.frames()), None)
@@ -75,12 +75,13 @@ class SlowMap:
         return self.for_camera(camera_of(recording), first.image)
 
     def for_camera(self, camera: CameraSpec, image: ImageArray) -> SlowMap:
-        """This map for another camera, ``image`` being one of its pictures."""
+        """The same map for another camera, ``image`` being one of its pictures."""
         return replace(self, front_end=self.front_end.with_camera(camera, (image.shape[0], image.shape[1])))
 
     def slow_features(self, image: ImageArray) -> FloatArray:
         """(height, width[, 3]) uint8 -> (k,) slow features, slowest first."""
-        return self.model.transform(self.front_end.features(image)[None])[0]
+        slow: FloatArray = self.model.transform(self.front_end.features(image)[None])[0]
+        return slow
 
     def localize(self, image: ImageArray) -> Estimate:
         """Where an image was taken: grey (height, width) or BGR (height, width, 3) uint8.
@@ -112,6 +113,7 @@ class SlowMap:
         """What is in the map, as plain values."""
         return {
             "unit": self.unit,
+            "features": self.front_end.feature_kind,
             "feature_dim": self.model.input_dim,
             "slow_features": self.model.output_dim,
             "deltas": [float(delta) for delta in self.model.deltas],
@@ -138,7 +140,7 @@ class SlowMap:
     @property
     def heading_invariant(self) -> bool:
         """Whether features are the same whichever way the robot looks."""
-        return self.config.features.kind == "fourier" and self.front_end.camera.heading_invariant
+        return self.front_end.feature_kind == "fourier" and self.front_end.camera.heading_invariant
 
     def learnt_from(self, content_hash: str) -> bool:
         """Whether a recording with this content is in the map."""
@@ -149,17 +151,18 @@ class SlowMap:
         bounds = self.calibration
         if likeness < bounds.off_map_below:
             return Status.OFF_MAP, (
-                f"no mapped place looks like this: likeness {likeness:.2f}, held-out images of the map had more than "
+                f"no mapped place looks like this: likeness {likeness:.2f}, places that are not in the map reach "
                 f"{bounds.off_map_below:.2f}"
             )
         if agreement < bounds.lost_below:
             return Status.LOST, (
-                f"several places look like this: {agreement:.0%} of the evidence agrees, held-out images of the map "
-                f"had more than {bounds.lost_below:.0%}"
+                f"several places look like this: {agreement:.0%} of the evidence agrees, at least "
+                f"{bounds.lost_below:.0%} is needed"
             )
         if likeness * agreement < bounds.degraded_below:
             return Status.DEGRADED, (
-                f"less sure than for 95 % of the held-out images: likeness {likeness:.2f}, agreement {agreement:.0%}"
+                f"not much more like this place than like others: likeness {likeness:.2f}, {agreement:.0%} of the "
+                "evidence agrees"
             )
         return Status.OK, f"likeness {likeness:.2f}, {agreement:.0%} of the evidence agrees"
 

@@ -36,11 +36,11 @@ class FeatureStore:
     ) -> None:
         self._file.close()
 
-    def append(self, row: NDArray[np.float32]) -> None:
-        """Add one vector (dim,)."""
+    def extend(self, rows: NDArray[np.float32]) -> None:
+        """Add vectors (m, dim)."""
         self._file.seek(0, 2)
-        self._file.write(np.ascontiguousarray(row, dtype=np.float32).tobytes())
-        self.rows += 1
+        self._file.write(np.ascontiguousarray(rows, dtype=np.float32).tobytes())
+        self.rows += len(rows)
 
     def chunks(self) -> Iterator[tuple[slice, NDArray[np.float32]]]:
         """All rows in pieces: (rows covered, array (m, dim))."""

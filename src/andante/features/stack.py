@@ -1,0 +1,24 @@
+"""Stacks of panoramas in, rows of features out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from andante.data import ImageArray
+from andante.errors import ConfigError
+from andante.features.illumination import Float32Array
+
+
+def as_stack(panoramas: ImageArray, shape: tuple[int, int]) -> Float32Array:
+    """Grey (height, width) or (n, height, width) uint8 -> float32 (n, height, width); ``ConfigError`` otherwise."""
+    if panoramas.ndim not in (2, 3) or panoramas.shape[-2:] != shape:
+        raise ConfigError(
+            f"this encoder takes grey panoramas ({shape[0]}, {shape[1]}), one or a stack of them, got {panoramas.shape}"
+        )
+    return np.asarray(panoramas.reshape(-1, *shape), dtype=np.float32)
+
+
+def unit_length(rows: Float32Array) -> Float32Array:
+    """Every row (n, d) at Euclidean length one; a row of zeros stays as it is."""
+    length = np.linalg.norm(rows, axis=1, keepdims=True)
+    return np.asarray(rows / np.where(length > 0, length, 1), dtype=np.float32)
