@@ -1,1 +1,104 @@
-"""Andante maps a place from slow features and says where a robot is from one image."""
+"""Andante maps a place from slow features and says where a robot is from one image.
+
+The names below are loaded when they are first used, so that ``import andante`` costs next to nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from andante.data import CameraSpec as CameraSpec
+    from andante.data import Estimate as Estimate
+    from andante.data import Frame as Frame
+    from andante.data import FrameInfo as FrameInfo
+    from andante.data import Hypothesis as Hypothesis
+    from andante.data import Pose2D as Pose2D
+    from andante.data import Status as Status
+    from andante.data import Trajectory as Trajectory
+    from andante.errors import AndanteError as AndanteError
+    from andante.evaluation import Evaluation as Evaluation
+    from andante.evaluation import evaluate as evaluate
+    from andante.evaluation import run_localizer as run_localizer
+    from andante.evaluation import write_report as write_report
+    from andante.mapping import BuildLog as BuildLog
+    from andante.mapping import MapConfig as MapConfig
+    from andante.mapping import SlowMap as SlowMap
+    from andante.mapping import build_map as build_map
+    from andante.protocols import Localizer as Localizer
+    from andante.protocols import Recording as Recording
+    from andante.recordings import MemoryRecording as MemoryRecording
+    from andante.recordings import open_images as open_images
+    from andante.recordings import open_recording as open_recording
+    from andante.recordings import read_image as read_image
+    from andante.recordings import register_format as register_format
+    from andante.recordings import write_recording as write_recording
+
+    __version__: str
+
+_NAMES_OF = {
+    "data": ("CameraSpec", "Estimate", "Frame", "FrameInfo", "Hypothesis", "Pose2D", "Status", "Trajectory"),
+    "errors": ("AndanteError",),
+    "evaluation": ("Evaluation", "evaluate", "run_localizer", "write_report"),
+    "mapping": ("BuildLog", "MapConfig", "SlowMap", "build_map"),
+    "protocols": ("Localizer", "Recording"),
+    "recordings": (
+        "MemoryRecording",
+        "open_images",
+        "open_recording",
+        "read_image",
+        "register_format",
+        "write_recording",
+    ),
+}
+_ROOM_OF = {name: room for room, names in _NAMES_OF.items() for name in names}
+
+__all__ = [
+    "AndanteError",
+    "BuildLog",
+    "CameraSpec",
+    "Estimate",
+    "Evaluation",
+    "Frame",
+    "FrameInfo",
+    "Hypothesis",
+    "Localizer",
+    "MapConfig",
+    "MemoryRecording",
+    "Pose2D",
+    "Recording",
+    "SlowMap",
+    "Status",
+    "Trajectory",
+    "__version__",
+    "build_map",
+    "evaluate",
+    "open_images",
+    "open_recording",
+    "read_image",
+    "register_format",
+    "run_localizer",
+    "write_recording",
+    "write_report",
+]
+
+
+if not TYPE_CHECKING:  # a type checker that sees this would believe in any name
+
+    def __getattr__(name: str) -> object:
+        """Load a public name when it is first asked for (PEP 562); afterwards it is a plain attribute."""
+        if name == "__version__":
+            from importlib.metadata import version
+
+            value = version("andante")
+        elif name in _ROOM_OF:
+            value = getattr(import_module(f"andante.{_ROOM_OF[name]}"), name)
+        else:
+            raise AttributeError(f"module 'andante' has no attribute {name!r}")
+        globals()[name] = value
+        return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,87 @@
+"""``andante info``: what is in a map or a recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from andante.cli.options import AsJson
+from andante.cli.output import examples, hint, print_facts, print_json, print_table
+
+EPILOG = examples("andante info garden.andante", "andante info garden/monday --json")
+
+
+def command(
+    path: Annotated[
+        Path, typer.Argument(metavar="MAP|REC", show_default=False, help="A map file or the folder of a recording.")
+    ],
+    as_json: AsJson = False,
+) -> None:
+    """Show what is in a map or a recording, and what may be wrong with it."""
+    if path.is_dir():
+        from andante.cli.describe import describe_recording
+        from andante.recordings import open_recording
+
+        described = describe_recording(open_recording(path))
+        show = _print_recording
+    else:
+        from andante.mapping import SlowMap
+
+        slowmap = SlowMap.load(path)
+        described = {"kind": "map", "map": str(path), "bytes": path.stat().st_size, **slowmap.describe()}
+        show = _print_map
+    if as_json:
+        print_json(described)
+    else:
+        show(described)
+
+
+def _print_map(described: dict[str, Any]) -> None:
+    config = described["config"]
+    facts = {
+        "size": f"{described['bytes'] / 1e6:.2f} MB",
+        "features": f"{config['features']['kind']}, {described['feature_dim']} numbers an image, from panoramas of "
+        f"{described['panorama_px'][0]}x{described['panorama_px'][1]} px",
+        "slow features": f"{described['slow_features']}, slowness from {config['learning']['order']}",
+        "readout": config["readout"]["kind"],
+        "heading": "does not matter" if described["heading_invariant"] else "must be like in the mapped drives",
+        "calibrated on": described["cross_validation"]["kind"],
+    }
+    print_facts(described["map"], facts)
+    keys = ("name", "frames", "poses")
+    rows = [(*(one[key] for key in keys), _conditions(one["conditions"])) for one in described["recordings"]]
+    print_table("Learnt from", (*keys, "conditions"), rows)
+
+
+def _print_recording(described: dict[str, Any]) -> None:
+    camera, circle, brightness = (described[key] for key in ("camera", "image_circle", "brightness"))
+    poses = [f"{count} {kind}" for kind, count in described["poses"].items() if count]
+    facts: dict[str, object] = {
+        "frames": described["frames"],
+        "duration": f"{described['duration_s']:.1f} s",
+        "length": None
+        if described["length_m"] is None
+        else f"{described['length_m']:.1f} m ({described['length_of']})",
+        "poses": ", ".join(poses) or "none",
+        "conditions": _conditions(described["conditions"]),
+        "camera": f"{camera['model']}, {camera['projection']}, {camera['field_of_view_deg']:g} degrees, facing "
+        f"{camera['facing']}"
+        if camera["model"] == "fisheye"
+        else camera["model"],
+        "images": None if described["image_px"] is None else "{}x{} px".format(*described["image_px"]),
+    }
+    if circle is not None:
+        how = "declared" if circle["declared"] else f"found, confidence {circle['confidence']:.2f}"
+        x, y = circle["centre_px"]
+        facts["image circle"] = f"centre ({x:.1f}, {y:.1f}) px, radius {circle['radius_px']:.1f} px, {how}"
+    if brightness is not None:
+        facts["brightness"] = "median {median:.0f}, from {darkest:.0f} to {brightest:.0f} of 255".format(**brightness)
+    print_facts(described["name"], facts)
+    for message in described["hints"]:
+        hint(message)
+
+
+def _conditions(conditions: dict[str, Any]) -> str:
+    return ", ".join(f"{key} {value}" for key, value in conditions.items()) or "none"

@@ -1,0 +1,147 @@
+"""``andante map``: recordings in, a map file out."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from andante.cli.options import AsJson, check_place
+from andante.cli.output import examples, hint, print_facts, print_json, print_table, progress_bars
+
+if TYPE_CHECKING:
+    from andante.mapping import MapConfig, SlowMap
+
+# The same words as in ``andante.mapping.config``, which would take too long to import for a help text.
+Features = Literal["auto", "fourier", "pixels"]
+Order = Literal["places", "restructured", "temporal"]
+Positions = Literal["auto", "reference", "odometry", "place"]
+ReadoutKind = Literal["local", "polynomial", "gaussian-process"]
+Preset = Literal["default", "thesis"]
+
+EPILOG = examples(
+    "andante map garden/monday -o garden.andante",
+    "andante map garden/summer garden/winter -o garden.andante --slow-features 64 --json",
+    "andante map garden/monday -o thesis.andante --preset thesis",
+)
+
+
+def command(
+    recordings: Annotated[
+        list[Path],
+        typer.Argument(metavar="REC...", show_default=False, help="Recordings in one common frame of reference."),
+    ],
+    *,
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output", "-o", metavar="MAP", show_default=False, help="The map file to write; replaced on success."
+        ),
+    ],
+    features: Annotated[
+        Features | None,
+        typer.Option(help="What of the panorama is learnt from. Default: auto, by the camera."),
+    ] = None,
+    order: Annotated[
+        Order | None, typer.Option(help="Which frames count as alike. Default: places (thesis: restructured).")
+    ] = None,
+    positions: Annotated[
+        Positions | None, typer.Option(help="Which positions are learnt. Default: auto, the best that all have.")
+    ] = None,
+    slow_features: Annotated[
+        int | None, typer.Option(min=1, help="Slow features at most, a number. Default: 192 (thesis: 8).")
+    ] = None,
+    readout: Annotated[
+        ReadoutKind | None,
+        typer.Option(help="From slow features to positions. Default: local (thesis: polynomial)."),
+    ] = None,
+    config: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="TOML file with values of MapConfig; options win over it. Default: none."),
+    ] = None,
+    preset: Annotated[
+        Preset, typer.Option(show_default=False, help="What --config and options start from. Default: default.")
+    ] = "default",
+    seed: Annotated[int | None, typer.Option(min=0, help="For all random choices, a number. Default: 0.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Learn a map from recordings with known positions and write it to one file."""
+    from andante.mapping import BuildLog, build_map
+    from andante.recordings import open_recording
+
+    sections = {
+        "features": {"kind": features},
+        "learning": {"order": order, "slow_features": slow_features},
+        "readout": {"kind": readout},
+    }
+    resolved = _resolved(preset, config, {**sections, "positions": positions, "seed": seed})
+    check_place(output, "-o")
+    started, log = time.perf_counter(), BuildLog()
+    with progress_bars() as progress:
+        slowmap = build_map([open_recording(one) for one in recordings], resolved, progress=progress, log=log)
+    size = slowmap.save(output)
+    log.seconds["total"] = time.perf_counter() - started
+    summary = {"map": str(output), "bytes": size, **_summary(slowmap, log.seconds)}
+    summary |= {"stationary": log.stationary, "without_position": log.without_position}
+    if as_json:
+        print_json(summary)
+    else:
+        _print(summary)
+
+
+def _resolved(preset: Preset, file: Path | None, flags: dict[str, Any]) -> MapConfig:
+    """Flag over file over preset."""
+    from andante.mapping import MapConfig
+
+    config = MapConfig.thesis() if preset == "thesis" else MapConfig()
+    if file is not None:
+        config = config.with_values(MapConfig.from_toml(file).model_dump(exclude_unset=True))
+    return config.with_values(_given(flags))
+
+
+def _given(values: dict[str, Any]) -> dict[str, Any]:
+    """What was said on the command line."""
+    nested = {key: _given(value) if isinstance(value, dict) else value for key, value in values.items()}
+    return {key: value for key, value in nested.items() if value is not None}
+
+
+def _summary(slowmap: SlowMap, seconds: dict[str, float]) -> dict[str, Any]:
+    described = slowmap.describe()
+    stages = ("decode", "features", "learn", "readout", "total")
+    return {
+        "recordings": described["recordings"],
+        "frames": sum(one["frames"] for one in described["recordings"]),
+        "feature_dim": described["feature_dim"],
+        "slow_features": described["slow_features"],
+        "deltas": described["deltas"],
+        "unit": described["unit"],
+        "seconds": {stage: seconds.get(stage) for stage in stages},
+        "cross_validation": described["cross_validation"],
+        "skipped": [
+            {"recording": one["name"], "reason": reason} for one in described["recordings"] for reason in one["skipped"]
+        ],
+    }
+
+
+def _print(summary: dict[str, Any]) -> None:
+    seconds = {stage: value for stage, value in summary["seconds"].items() if value is not None}
+    facts = {
+        "frames": f"{summary['frames']} of {', '.join(one['name'] for one in summary['recordings'])}",
+        "left out": f"{summary['stationary']} standing still, {summary['without_position']} without a position, "
+        f"{len(summary['skipped'])} unreadable",
+        "features": f"{summary['feature_dim']} numbers an image, {summary['slow_features']} slow features",
+        "size": f"{summary['bytes'] / 1e6:.2f} MB",
+        "seconds": ", ".join(f"{stage} {value:.2f}" for stage, value in seconds.items()),
+    }
+    print_facts(summary["map"], facts)
+    trial, unit = summary["cross_validation"], summary["unit"]
+    columns = ("left out", "images", *(f"{name} [{unit}]" for name in ("median", "mean", "p95", "max")))
+    print_table("Errors on images left out", columns, [tuple(fold.values()) for fold in trial["folds"]])
+    for skipped in summary["skipped"]:
+        hint(f"skipped in {skipped['recording']}: {skipped['reason']}")
+    if trial["kind"] == "none":
+        hint("too few images to leave some out: errors and radius of this map are untested")
+    elif trial["kind"] == "blocks":
+        hint("calibrated on one session only, so the radius knows no other light or season; map a second drive")
