@@ -1,0 +1,188 @@
+"""One self-contained HTML page on an evaluation."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Iterator
+from importlib.metadata import version
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from andante.data import FloatArray, FrameInfo
+from andante.errors import ImageError, InputError
+from andante.evaluation.comparison import Evaluation
+from andante.evaluation.figures import Figures
+from andante.evaluation.files import write_text
+from andante.mapping import SlowMap
+from andante.mapping.readout import LocalReadout
+from andante.protocols import Recording
+
+PAGE = "report.html"
+_TEMPLATE = "report.html.j2"
+_WORST = 10
+_NOTHING = "–"
+
+# Title -> key of the figures and number of decimals, none for a share.
+_METRES: dict[str, tuple[str, int | None]] = {
+    "median error, m": ("median_m", 2),
+    "mean error, m": ("mean_m", 2),
+    "95 % error, m": ("p95_m", 2),
+    "largest error, m": ("max_m", 2),
+    "more than 1 m off": ("share_over_1m", None),
+    "more than 3 m off": ("share_over_3m", None),
+}
+_PLACES: dict[str, tuple[str, int | None]] = {
+    "median error, places": ("median", 1),
+    "mean error, places": ("mean", 1),
+    "95 % error, places": ("p95", 1),
+    "largest error, places": ("max", 0),
+    "at most 1 place off": ("share_within_1", None),
+    "at most 3 places off": ("share_within_3", None),
+    "at most 10 places off": ("share_within_10", None),
+}
+_COMMON: dict[str, tuple[str, int | None]] = {
+    "lost or off the map": ("lost_share", None),
+    "inside the 90 % radius": ("coverage_90", None),
+    "ms per image": ("ms_per_image", 1),
+}
+_TILES = (
+    *("median error, m", "95 % error, m", "more than 1 m off"),
+    *("median error, places", "95 % error, places", "at most 3 places off"),
+    *("lost or off the map", "ms per image"),
+)
+
+
+def write_report(evaluation: Evaluation, folder: str | Path, slowmap: SlowMap) -> Path:
+    """Write ``report.html`` to a folder, which is made where it does not exist; gives the path of the page.
+
+    The page needs nothing but itself: plots and pictures are inside, there are no scripts. Raises ``InputError``
+    where it cannot be written.
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"report folder {folder} cannot be made: {error.strerror}; choose another place") from None
+    write_text(folder / PAGE, render(evaluation, slowmap))
+    return folder / PAGE
+
+
+def render(evaluation: Evaluation, slowmap: SlowMap) -> str:
+    """The page as text."""
+    # Both cost more time to import than most commands take.
+    from jinja2 import Environment, StrictUndefined
+
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    template = environment.from_string(files("andante.evaluation").joinpath(_TEMPLATE).read_text(encoding="utf-8"))
+    return template.render(
+        map_name=slowmap.name,
+        evaluation=evaluation,
+        figures=evaluation.figures,
+        tiles=_tiles(evaluation.figures),
+        table=_table(evaluation),
+        plots=_plots(evaluation, slowmap),
+        worst=list(_worst(evaluation, slowmap)),
+        folds=slowmap.calibration.folds,
+        fold_kind=slowmap.calibration.kind,
+        sources=slowmap.sources,
+        conditions=_conditions(evaluation.recording),
+        config=json.dumps(slowmap.config.model_dump(mode="json"), indent=2),
+        unit="places" if slowmap.unit == "place" else "m",
+        version=version("andante"),
+    )
+
+
+def _number(value: float | None, digits: int) -> str:
+    return _NOTHING if value is None else f"{value:.{digits}f}"
+
+
+def _share(value: float | None) -> str:
+    if value is None:
+        return _NOTHING
+    # One frame in a thousand must not read as none.
+    decimals = 1 if 0 < value < 0.1 or 0.9 < value < 1 else 0
+    return f"{100 * value:.{decimals}f}\N{NO-BREAK SPACE}%"
+
+
+def _texts(figures: Figures) -> dict[str, str]:
+    """Every row of the table of figures: title -> text."""
+    values = figures.as_dict()
+    values |= values["places"] or {}
+    rows = (_METRES if figures.places is None else _PLACES) | _COMMON
+    return {
+        title: _share(values[key]) if digits is None else _number(values[key], digits)
+        for title, (key, digits) in rows.items()
+    }
+
+
+def _tiles(figures: Figures) -> list[tuple[str, str]]:
+    """The figures at the top of the page: caption and text."""
+    texts = _texts(figures)
+    return [(title, texts[title]) for title in _TILES if title in texts]
+
+
+def _table(evaluation: Evaluation) -> dict[str, list[str]]:
+    """Rows of the comparison: title -> the texts of all localizers."""
+    columns = [_texts(one.figures) for one in (evaluation.map, *evaluation.others)]
+    return {title: [texts[title] for texts in columns] for title in columns[0]}
+
+
+def _plots(evaluation: Evaluation, slowmap: SlowMap) -> list[dict[str, str]]:
+    if not evaluation.figures.n_errors:
+        return []
+    from andante.evaluation import plots
+
+    metric, covered = evaluation.unit == "m", evaluation.figures.coverage_90
+    drawn = [
+        ("Where" if metric else "Which place", plots.trajectory(evaluation, _references(slowmap))),
+        ("Error over time", plots.over_time(evaluation)),
+        ("How often how wrong", plots.distribution(evaluation)),
+        (f"Predicted radius: {_share(covered)} of the answers lie within it", plots.calibration(evaluation)),
+    ]
+    return [{"title": title, "image": _data_url("image/svg+xml", svg.encode())} for title, svg in drawn if svg]
+
+
+def _references(slowmap: SlowMap) -> FloatArray:
+    """Positions (r, 2) that the map keeps; none where its readout is a formula."""
+    return slowmap.readout.xy if isinstance(slowmap.readout, LocalReadout) else np.empty((0, 2))
+
+
+def _worst(evaluation: Evaluation, slowmap: SlowMap) -> Iterator[dict[str, Any]]:
+    """The frames with the largest errors, as the table shows them."""
+    errors = evaluation.map.errors
+    slowmap = slowmap.for_recording(evaluation.recording)
+    start_s = evaluation.run.frames[0].info.timestamp_s if evaluation.run.frames else 0.0
+    largest_first = np.argsort(-np.nan_to_num(errors, nan=-1.0), kind="stable")[:_WORST]
+    for index in largest_first[np.isfinite(errors[largest_first])]:
+        frame = evaluation.run.frames[int(index)]
+        yield {
+            "picture": _thumbnail(slowmap, evaluation.recording, frame.info),
+            "image": frame.info.image,
+            "time": f"{frame.info.timestamp_s - start_s:.1f}",
+            "error": _number(float(errors[index]), 2 if evaluation.unit == "m" else 0),
+            "status": str(frame.estimate.status),
+            "reason": frame.estimate.reason,
+        }
+
+
+def _thumbnail(slowmap: SlowMap, recording: Recording, info: FrameInfo) -> str | None:
+    """The panorama that the map saw; none where the picture is gone."""
+    try:
+        panorama = slowmap.front_end.panorama(recording.load(info))
+    except ImageError:
+        return None
+    _, data = cv2.imencode(".jpg", panorama, [cv2.IMWRITE_JPEG_QUALITY, 80])
+    return _data_url("image/jpeg", data.tobytes())
+
+
+def _conditions(recording: Recording) -> list[tuple[str, str]]:
+    return [(key, str(value)) for key, value in recording.conditions.items()]
+
+
+def _data_url(kind: str, data: bytes) -> str:
+    return f"data:{kind};base64,{base64.b64encode(data).decode()}"
