@@ -24,8 +24,8 @@ Kind = Literal["sessions", "blocks", "none"]
 FoldLocator = Callable[[NDArray[np.bool_], NDArray[np.bool_]], tuple[Located, FloatArray]]
 """Learns from the frames of the first mask, locates those of the second and says how like strangers they are."""
 
-_FEW_STRANGERS = 0.1
-_FEW_ERRORS = 0.01
+_STRANGERS: dict[str, tuple[float, float]] = {"sessions": (0.9, 0.99), "blocks": (0.5, 0.9)}
+_FEW_DISAGREE = 0.01
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,10 @@ class Calibration:
     """What held-out frames allow to promise.
 
     ``radius_factor`` times a readout's sigma holds the truth for the configured share of held-out frames (split
-    conformal, theory 9). An image is off the map where its likeness is below ``off_map_below``, which nine in
-    ten held-out images do not reach once their own place is taken off the map; lost where less than
-    ``lost_below`` of the evidence agrees; degraded where likeness times agreement is below ``degraded_below``, which
-    every hundredth image of an unmapped place reaches.
+    conformal, theory 9). An image is off the map where its likeness is below ``off_map_below`` and degraded where
+    likeness times agreement is below ``degraded_below``: what 90 % and 99 % of held-out images do not reach once
+    their own place is taken off the map. Held-out blocks of one session show no other light, in which all likeness is
+    smaller; there it is 50 % and 90 %. Lost is where less than ``lost_below`` of the evidence agrees.
     """
 
     kind: Kind
@@ -79,12 +79,12 @@ def calibrate(ground: Ground, names: list[str], locate_fold: FoldLocator, config
         folds.append(_fold(label, error))
     if not errors:
         return Calibration("none", 3.0, 0.0, 0.0, 0.0)
-    off_map, degraded = _quantiles(np.concatenate(strangers), 1 - _FEW_STRANGERS, 1 - _FEW_ERRORS)
+    off_map, degraded = _quantiles(np.concatenate(strangers), *_STRANGERS[kind])
     return Calibration(
         kind=kind,
         radius_factor=conformal_factor(np.concatenate(errors), np.concatenate(sigmas), config.coverage),
         degraded_below=degraded,
-        lost_below=min(0.5, float(np.quantile(np.concatenate(agreement), _FEW_ERRORS))),
+        lost_below=min(0.5, float(np.quantile(np.concatenate(agreement), _FEW_DISAGREE))),
         off_map_below=off_map,
         folds=tuple(folds),
     )
