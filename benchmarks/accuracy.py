@@ -1,0 +1,78 @@
+"""Errors of the default, the thesis' choices and plain baselines on the same splits, as one table.
+
+    python benchmarks/accuracy.py [--data ../shared/data]
+
+Maps whole sessions and localizes single images of another one, without odometry. ``garden_a`` is rendered, ``sussex``
+and ``nordland`` are real; nordland has place numbers instead of metres. Errors are over all images with a reference,
+whatever the status of the estimate.
+"""
+
+import argparse
+import warnings
+from pathlib import Path
+
+from andante.evaluation import Figures, evaluate
+from andante.mapping import MapConfig, build_map
+from andante.recordings import open_recording
+
+GARDEN = (
+    (["summer"], "autumn"),
+    (["summer"], "winter"),
+    (["winter"], "autumn"),
+    (["summer", "autumn"], "winter"),
+    (["autumn", "winter"], "summer"),
+    (["summer", "winter"], "autumn"),
+)
+
+
+def splits() -> list[tuple[str, list[str], str]]:
+    """(title, recordings to map, recording to localize)."""
+    found = [
+        (f"garden {'+'.join(train)} -> {test}", [f"garden_a/border_{one}" for one in train], f"garden_a/border_{test}")
+        for train, test in GARDEN
+    ]
+    found.append(("sussex train -> binary", ["sussex_train"], "sussex_binary"))
+    return found
+
+
+def row(title: str, what: str, figures: Figures) -> str:
+    shares = f"{figures.share_over_1m:.1%} | {figures.share_over_3m:.1%}"
+    metres = f"{figures.median_m:.3f} | {figures.mean_m:.3f} | {figures.p95_m:.2f} | {figures.max_m:.1f}"
+    return f"| {title} | {what} | {metres} | {shares} |"
+
+
+def metric_table(data: Path) -> None:
+    print("| split | localizer | median m | mean m | 95 % m | max m | > 1 m | > 3 m |")
+    print("|---|---|---|---|---|---|---|---|")
+    for title, train, test in splits():
+        recordings = [open_recording(data / one) for one in train]
+        found = evaluate(build_map(recordings), open_recording(data / test), baselines=True)
+        print(row(title, "**andante default**", found.figures))
+        thesis = evaluate(build_map(recordings, MapConfig.thesis()), open_recording(data / test))
+        print(row(title, "thesis choices", thesis.figures))
+        for name, figures in found.baselines.items():
+            print(row(title, name, figures), flush=True)
+
+
+def place_table(data: Path) -> None:
+    print("\n| split | localizer | within 1 place | 3 | 10 |\n|---|---|---|---|---|")
+    train, test = (open_recording(data / name) for name in ("nordland_summer", "nordland_winter"))
+    for what, config in (("andante default (pixels)", MapConfig()), ("thesis choices", MapConfig.thesis())):
+        found = evaluate(build_map([train], config), test, baselines=what.startswith("andante"))
+        for name, figures in {what: found.figures, **found.baselines}.items():
+            places = figures.places
+            shares = " | ".join(f"{share:.1%}" for share in (places.share_within_1, places.share_within_3, places.share_within_10))
+            print(f"| nordland summer -> winter | {name} | {shares} |", flush=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--data", type=Path, default=Path("../shared/data"))
+    options = parser.parse_args()
+    warnings.simplefilter("error")
+    metric_table(options.data)
+    place_table(options.data)
+
+
+if __name__ == "__main__":
+    main()
