@@ -30,7 +30,7 @@ from andante.sfa import PCA, pca_of_samples
 Progress = Callable[[str, int, int], None]
 """Called with a stage, the steps done and the steps in all."""
 
-_PCA_SAMPLE = 800
+_PCA_SAMPLE = 1200
 _STACK = 8
 _LEAST_RADIUS_M = 0.35
 _APART_RADII = 4
@@ -39,7 +39,7 @@ _LEAST_RADIUS_PLACES = 1.5
 
 @dataclass
 class BuildLog:
-    """What happened while a map was built: seconds by stage, thinned and skipped frames."""
+    """What happened while a map was built: seconds by stage, and frames left out before their picture was read."""
 
     seconds: dict[str, float] = field(default_factory=dict)
     stationary: int = 0
@@ -71,8 +71,7 @@ def build_map(
     """
     config, log = config or MapConfig(), log or BuildLog()
     progress = progress or (lambda stage, done, total: None)
-    if not recordings:
-        raise RecordingError("a map needs at least one recording, got none")
+    hashes = _distinct_hashes(recordings)
     # Frames that can be mapped: with a position, and not standing still.
     positions = _positions_of(recordings, config.positions)
     sessions = [_Session(one, *usable_frames(one, positions, config, log)) for one in recordings]
@@ -93,7 +92,8 @@ def build_map(
             model = CompactModel.of(learnt.model if pca is None else learnt.model.after(pca))
             readout = _final_readout(store, model, learnt, ground, config)
             progress("learn", 1, 1)
-    sources = tuple(_source(session, errors, positions) for session, errors in zip(sessions, skipped, strict=True))
+    made_from = zip(sessions, hashes, skipped, strict=True)
+    sources = tuple(_source(session, content, errors, positions) for session, content, errors in made_from)
     unit: Unit = "place" if positions == "place" else "m"
     resolved = _resolved(config, positions, front_end, ground, learnt)
     return SlowMap(resolved, front_end, model, readout, calibration, sources, unit, name)
@@ -106,6 +106,20 @@ class _Session:
     recording: Recording
     indices: list[int]
     xy: FloatArray
+
+
+def _distinct_hashes(recordings: Sequence[Recording]) -> list[str]:
+    """The content hash of every recording; the same content twice would make the cross-validation see the answer."""
+    if not recordings:
+        raise RecordingError("a map needs at least one recording, got none")
+    hashes: list[str] = []
+    for recording in recordings:
+        content = recording.content_hash()
+        if content in hashes:
+            twin = recordings[hashes.index(content)].name
+            raise RecordingError(f"recordings {twin!r} and {recording.name!r} have the same content; leave one out")
+        hashes.append(content)
+    return hashes
 
 
 def _positions_of(recordings: Sequence[Recording], wanted: Positions) -> Positions:
@@ -145,12 +159,12 @@ def usable_frames(
             f"recording {recording.name!r} has no {positions} positions ({columns} of frames.csv are blank); "
             "choose other --positions or fill them in"
         )
-    moving = np.zeros(len(infos), dtype=bool)
-    moving[moving_frames(infos, config.learning.stationary_m)] = True
+    # Of a stand, the first frame with a position is kept.
+    usable = np.flatnonzero(known)
+    chosen = usable[moving_frames([infos[index] for index in usable.tolist()], config.learning.stationary_m)]
     if log is not None:
-        log.without_position += int((~known).sum())
-        log.stationary += int((known & ~moving).sum())
-    chosen = np.flatnonzero(known & moving)
+        log.without_position += len(infos) - len(usable)
+        log.stationary += len(usable) - len(chosen)
     return chosen.tolist(), xy[chosen]
 
 
@@ -175,7 +189,8 @@ def _encode(
         return front_end.grey_panorama(frame.image)
 
     def on_skip(info: FrameInfo, reason: str) -> None:
-        skipped[info.index] = reason
+        # Only some reasons name the picture.
+        skipped[info.index] = reason if info.image in reason else f"{info.image}: {reason}"
 
     total, before = len(session.indices), store.rows
     # The threads decode and unwrap; encoding whole stacks here keeps the interpreter out of their way.
@@ -193,15 +208,15 @@ def _encode(
 
 def _ground(sessions: list[_Session], skipped: list[dict[int, str]], config: MapConfig, positions: Positions) -> Ground:
     """Positions of the frames that were stored, in their order."""
-    xy, number = [], []
+    xy, session_numbers = [], []
     for count, (session, missing) in enumerate(zip(sessions, skipped, strict=True)):
         kept = [index not in missing for index in session.indices]
         xy.append(session.xy[kept])
-        number.append(np.full(sum(kept), count, dtype=np.int64))
-    together, session_of = np.concatenate(xy), np.concatenate(number)
+        session_numbers.append(np.full(sum(kept), count, dtype=np.int64))
+    together, session_of = np.concatenate(xy), np.concatenate(session_numbers)
     least = _LEAST_RADIUS_PLACES if positions == "place" else _LEAST_RADIUS_M
     radius = config.learning.place_radius_m or typical_radius(together, session_of, least)
-    return Ground(together, session_of, radius)
+    return Ground(together, session_of, np.arange(len(together)), radius)
 
 
 def _compress(store: FeatureStore, config: MapConfig) -> tuple[PCA | None, NDArray[np.float32]]:
@@ -254,16 +269,16 @@ def _final_readout(
     return _readout(slow, learnt, ground, config)
 
 
-def _source(session: _Session, skipped: dict[int, str], positions: Positions) -> Source:
+def _source(session: _Session, content_hash: str, skipped: dict[int, str], positions: Positions) -> Source:
     recording = session.recording
     return Source(
         name=recording.name,
-        content_hash=recording.content_hash(),
+        content_hash=content_hash,
         frames=len(session.indices) - len(skipped),
         poses=positions,
         conditions=dict(recording.conditions),
         skipped=tuple(skipped.values()),
-        folder=str(recording.folder) if isinstance(recording, StoredRecording) else None,
+        folder=str(recording.folder.resolve()) if isinstance(recording, StoredRecording) else None,
     )
 
 

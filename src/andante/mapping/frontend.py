@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
-from itertools import islice
 from typing import Literal
 
 import cv2
@@ -17,7 +17,7 @@ from andante.features import FourierEncoder, PixelEncoder
 from andante.mapping.config import FeatureConfig, PanoramaConfig
 from andante.protocols import Encoder, Recording
 
-MIN_CONTRAST = 1.0
+MIN_CONTRAST = 3.0
 """Standard deviation in grey levels below which a panorama shows nothing."""
 _CIRCLE_FRAMES = 12
 
@@ -45,9 +45,13 @@ def camera_of(recording: Recording) -> CameraSpec:
     spec = recording.camera
     if spec.model != "fisheye" or (spec.centre_px is not None and spec.radius_px is not None):
         return spec
+    images: list[ImageArray] = []
     step = max(1, len(recording.infos) // _CIRCLE_FRAMES)
-    indices = range(0, len(recording.infos), step)
-    return with_found_circle(spec, [frame.image for frame in islice(recording.frames(indices), _CIRCLE_FRAMES)])
+    for info in recording.infos[::step]:
+        # Whether too many pictures are missing is judged where all of them are read.
+        with contextlib.suppress(ImageError):
+            images.append(recording.load(info))
+    return with_found_circle(spec, images)
 
 
 class FrontEnd:
@@ -82,7 +86,7 @@ class FrontEnd:
         """The same features from another camera; raises ``ConfigError`` where the panoramas do not match."""
         panorama = PanoramaConfig(**dataclasses.asdict(self.geometry))
         other = FrontEnd(camera, image_shape, panorama, self._feature_config)
-        if other.panorama_shape != self.panorama_shape or camera.model != self.camera.model:
+        if other.encoder != self.encoder or camera.model != self.camera.model:
             raise ConfigError(
                 f"this map was made from {self.camera.model} images giving panoramas of {_size(self.panorama_shape)}, "
                 f"the new {camera.model} camera gives {_size(other.panorama_shape)}; use a camera like the map's"
@@ -91,9 +95,12 @@ class FrontEnd:
 
     def panorama(self, image: ImageArray) -> ImageArray:
         """(height, width[, 3]) uint8 -> panorama (H, W[, 3]); raises ``ImageError`` for foreign proportions."""
+        if image.ndim not in (2, 3):
+            raise ImageError(f"an image is grey (height, width) or BGR (height, width, 3), got shape {image.shape}")
         shape = (image.shape[0], image.shape[1])
         unwrapper = self._unwrappers.get(shape)
         if unwrapper is None:
+            # Two threads may both make the table; either is as good, and storing it is atomic.
             unwrapper = self._unwrappers[shape] = self._scaled_unwrapper(shape)
         return unwrapper(image)
 

@@ -14,7 +14,7 @@ from andante.sequences import place_edges, restructured_edges, temporal_edges
 from andante.sfa import AffineModel, Moments, QuadraticModel, expand_quadratic, solve_slow
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Learnt:
     """A slow model and its ``metric`` (k,): factors that give every output unit noise along edges.
 
@@ -26,21 +26,22 @@ class Learnt:
     metric: FloatArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Ground:
     """Where and in which recording the mapped frames were taken, n frames.
 
-    ``xy`` (n, 2) in metres, or the place number and zero; ``session`` (n,) numbers the recordings; ``radius`` is
-    how far apart frames of one place are.
+    ``xy`` (n, 2) in metres, or the place number and zero; ``session`` (n,) numbers the recordings; ``number`` (n,)
+    the frames, so that frames left out show as gaps; ``radius`` is how far apart frames of one place are.
     """
 
     xy: FloatArray
     session: IndexArray
+    number: IndexArray
     radius: float
 
     def subset(self, chosen: NDArray[np.bool_]) -> Ground:
         """Some of the frames."""
-        return Ground(self.xy[chosen], self.session[chosen], self.radius)
+        return Ground(self.xy[chosen], self.session[chosen], self.number[chosen], self.radius)
 
 
 def typical_radius(xy: FloatArray, session: IndexArray, least: float) -> float:
@@ -57,7 +58,8 @@ def learning_edges(ground: Ground, config: LearningConfig, seed: int) -> Edges:
     elif config.order == "restructured" and several:
         edges = restructured_edges(ground.xy, ground.session, ground.radius, np.random.default_rng(seed))
     else:
-        edges = temporal_edges(ground.session)
+        # Numbers stand for times: frames on both sides of a held-out block are no neighbours.
+        edges = temporal_edges(ground.session, timestamp_s=ground.number, max_gap_s=1)
     if len(edges) == 0:
         raise LearningError(
             f"no two of the {len(ground.xy)} frames belong together ({config.order} order, place radius "
@@ -71,14 +73,21 @@ def learn_slow(x: NDArray[np.float32], edges: Edges, config: LearningConfig) -> 
     _require_frames(len(x), config)
     if config.expansion == "linear":
         moments = Moments.of(x, edges)
-        # A compressed space may be smaller than the default asks for; it then has that many slow features.
-        model = _solved(moments, min(config.slow_features, x.shape[1]), config)
+        model = _solved(moments, min(config.slow_features, _most_features(x)), config)
         return Learnt(model, _metric(model, moments, config))
     reduce = _solved(Moments.of(x, edges), config.reduced_dim, config)
     terms = expand_quadratic(reduce.transform(x))
     moments = Moments.of(terms, edges)
     slow = _solved(moments, config.slow_features, config)
     return Learnt(QuadraticModel(reduce, slow), _metric(slow, moments, config))
+
+
+def _most_features(x: NDArray[np.float32]) -> int:
+    """How many slow features ``x`` (n, d) has: with few frames, as in a fold, fewer than the configured number."""
+    if len(x) > x.shape[1]:
+        return int(x.shape[1])
+    # Each picture but the first adds one direction; a camera that hangs repeats pictures.
+    return max(1, len(np.unique(x, axis=0)) - 1)
 
 
 def _solved(moments: Moments, count: int, config: LearningConfig) -> AffineModel:

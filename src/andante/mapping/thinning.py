@@ -17,7 +17,7 @@ def thinned_by_place(xy: FloatArray, session: IndexArray, at_most: int) -> Index
     """
     if len(xy) <= at_most:
         return np.arange(len(xy))
-    extent = np.ptp(xy, axis=0).max()
+    extent = float(np.ptp(xy, axis=0).max()) or 1.0  # any length will do where all frames share one spot
     # With one cell per frame at first, and few steps until it fits.
     cell = extent / len(xy)
     while True:
