@@ -1,24 +1,25 @@
 """A map as one file: safetensors with JSON metadata, no pickle.
 
 The file is checked before anything of it is used: size, header, schema, the names, types and shapes of all arrays,
-and that they fit each other. It is written beside its place, flushed and renamed, so that a reader sees the old map or
-the new one and never half of either.
+and that they fit each other (``andante.mapping.consistency``). It is written beside its place, flushed and renamed,
+so that a reader sees the old map or the new one and never half of either.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import os
-import tempfile
+import uuid
 from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import TypeAdapter
+from pydantic import BaseModel, Field, ValidationError
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
@@ -27,21 +28,34 @@ from andante.errors import AndanteError, MapError
 from andante.mapping.calibration import Calibration
 from andante.mapping.compact import CompactModel
 from andante.mapping.config import MapConfig
+from andante.mapping.consistency import check_parts
 from andante.mapping.frontend import FrontEnd
-from andante.mapping.readout import GaussianProcessReadout, LocalReadout, PolynomialReadout, Readout
-from andante.mapping.slow_map import SlowMap, Source
+from andante.mapping.readout import GaussianProcessReadout, LocalReadout, PolynomialReadout
+from andante.mapping.slow_map import SlowMap, Source, Unit
 
 SCHEMA = 1
-_CAMERA = TypeAdapter(CameraSpec)
-_CALIBRATION = TypeAdapter(Calibration)
-_SOURCE = TypeAdapter(Source)
 MAX_BYTES = 2**31
 _FORMAT = "andante-map"
+_DTYPES = ("F32", "F64", "I64")
+_Side = Annotated[int, Field(ge=1, le=2**16)]
 _READOUTS: dict[str, type[LocalReadout] | type[PolynomialReadout] | type[GaussianProcessReadout]] = {
     "local": LocalReadout,
     "polynomial": PolynomialReadout,
     "gaussian-process": GaussianProcessReadout,
 }
+
+
+class _Header(BaseModel):
+    """What a map says of itself beside its arrays."""
+
+    package_version: str
+    name: str
+    unit: Unit
+    config: MapConfig
+    camera: CameraSpec
+    image_shape: tuple[_Side, _Side]
+    calibration: Calibration
+    sources: tuple[Source, ...]
 
 
 def write_map(slowmap: SlowMap, path: str | Path) -> int:
@@ -50,12 +64,18 @@ def write_map(slowmap: SlowMap, path: str | Path) -> int:
     arrays = _prefixed("model", slowmap.model.to_arrays()) | _prefixed("readout", slowmap.readout.to_arrays())
     # safetensors 0.8 writes the memory of a strided view as if it were contiguous.
     contiguous = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
-    metadata = {"format": _FORMAT, "schema": str(SCHEMA), "map": json.dumps(_header(slowmap, path), sort_keys=True)}
-    data = save(contiguous, metadata=metadata)
     try:
+        header = json.dumps(_header(slowmap, path), sort_keys=True, allow_nan=False)
+        data = save(contiguous, metadata={"format": _FORMAT, "schema": str(SCHEMA), "map": header})
         _replace(path, data)
     except OSError as error:
-        raise MapError(f"map {path} cannot be written: {error.strerror}; choose another place with -o") from None
+        reason = error.strerror or error
+        raise MapError(f"map {path} cannot be written: {reason}; choose another place with -o") from None
+    except (TypeError, ValueError, RecursionError) as error:
+        raise MapError(
+            f"map {path} cannot be written: {error}; conditions of recordings hold text, finite numbers, true, false, "
+            "and lists and tables of them"
+        ) from None
     return len(data)
 
 
@@ -69,15 +89,12 @@ def read_map(path: str | Path) -> SlowMap:
     if not path.is_file() or size > MAX_BYTES:
         raise MapError(f"map {path} is no map: {size} bytes, a map is a file of at most {MAX_BYTES}")
     try:
-        with safe_open(path, framework="numpy") as file:
-            header = _checked_header(file.metadata() or {}, path)
-            arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 (not a mapping)
-    except (SafetensorError, OSError, ValueError) as error:
-        raise MapError(f"map {path} is damaged or no map: {error}; make it again with: andante map") from None
-    try:
+        header, arrays = _read(path)
         return _assembled(header, arrays, path)
-    except (AndanteError, KeyError, TypeError, ValueError, AttributeError) as error:
-        raise MapError(f"map {path} is inconsistent: {error}; make it again with: andante map") from None
+    except (SafetensorError, OSError) as error:
+        raise MapError(f"map {path} is damaged or no map: {error}; make it again with: andante map") from None
+    except (AndanteError, KeyError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
+        raise MapError(f"map {path} cannot be used: {error}; make it again with: andante map") from None
 
 
 def _header(slowmap: SlowMap, path: Path) -> dict[str, Any]:
@@ -103,91 +120,70 @@ def _source(source: Source, path: Path) -> dict[str, Any]:
 
 
 def _replace(path: Path, data: bytes) -> None:
-    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
-        try:
+    part = path.parent / f".{path.name}.{uuid.uuid4().hex}.part"
+    try:
+        with part.open("xb") as file:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
-            # The mode that a plainly written file would have got; temporary files are private.
-            umask = os.umask(0)
-            os.umask(umask)
-            os.chmod(file.name, 0o666 & ~umask)  # noqa: PTH101 (file.name is a string)
-            os.replace(file.name, path)  # noqa: PTH105
-        except BaseException:
-            Path(file.name).unlink(missing_ok=True)
-            raise
+        part.replace(path)
+    except BaseException:  # an interrupt too must leave nothing behind
+        part.unlink(missing_ok=True)
+        raise
 
 
-def _checked_header(metadata: Mapping[str, str], path: Path) -> dict[str, Any]:
+def _read(path: Path) -> tuple[_Header, dict[str, NDArray[Any]]]:
+    """Header and arrays, each checked for itself."""
+    with safe_open(path, framework="numpy") as file:
+        header = _checked_header(file.metadata() or {})
+        arrays = {}
+        for name in file.keys():  # noqa: SIM118 (not a mapping)
+            dtype = file.get_slice(name).get_dtype()
+            if dtype not in _DTYPES:
+                raise MapError(f"array {name} is of type {dtype}, allowed are {', '.join(_DTYPES)}")
+            arrays[name] = file.get_tensor(name)
+            if not np.isfinite(arrays[name]).all():
+                raise MapError(f"array {name} holds values that are not finite")
+    return header, arrays
+
+
+def _checked_header(metadata: Mapping[str, str]) -> _Header:
     if metadata.get("format") != _FORMAT:
-        raise MapError(f"map {path} is no Andante map; make one with: andante map")
-    schema = metadata.get("schema", "")
-    if not schema.isdecimal() or int(schema) != SCHEMA:
-        raise MapError(
-            f"map {path} has schema {schema or 'none'}, this version of andante reads schema {SCHEMA}; "
-            "upgrade andante or make the map again"
-        )
-    header = json.loads(metadata.get("map", "null"))
-    if not isinstance(header, dict):
-        raise MapError(f"map {path} has no description; make it again with: andante map")
-    return header
+        raise MapError("it is no Andante map")
+    schema = metadata.get("schema", "none")
+    if schema != str(SCHEMA):
+        raise MapError(f"it has schema {schema:.20}, this version of andante reads schema {SCHEMA}; upgrade andante")
+    try:
+        values = json.loads(metadata.get("map", ""), parse_float=_finite, parse_constant=_finite)
+        return _Header.model_validate(values)
+    except ValidationError as error:
+        fault = error.errors(include_url=False, include_input=False)[0]
+        raise MapError(f"its {'.'.join(map(str, fault['loc'])) or 'header'} is wrong: {fault['msg']}") from None
+    except (ValueError, RecursionError) as error:
+        raise MapError(f"its header is no JSON: {error}") from None
 
 
-def _assembled(header: dict[str, Any], arrays: dict[str, NDArray[Any]], path: Path) -> SlowMap:
-    config = MapConfig.checked(header["config"])
-    camera = _CAMERA.validate_python(header["camera"])
-    height, width = (int(side) for side in header["image_shape"])
-    front_end = FrontEnd(camera, (height, width), config.panorama, config.features)
-    for name, array in arrays.items():
-        if array.dtype.kind not in "fi" or not np.isfinite(array).all():
-            raise MapError(f"array {name} holds {array.dtype} or values that are not finite")
+def _finite(number: str) -> float:
+    value = float(number)
+    if not math.isfinite(value):
+        raise ValueError(f"{number} is no finite number")
+    return value
+
+
+def _assembled(header: _Header, arrays: dict[str, NDArray[Any]], path: Path) -> SlowMap:
+    config = header.config
+    front_end = FrontEnd(header.camera, header.image_shape, config.panorama, config.features)
     model = CompactModel.from_arrays(_section("model", arrays))
     readout = _READOUTS[config.readout.kind].from_arrays(_section("readout", arrays))
-    _check_shapes(front_end, model, readout)
-    calibration = _CALIBRATION.validate_python(header["calibration"])
-    sources = tuple(_read_source(values, path) for values in header["sources"])
-    return SlowMap(config, front_end, model, readout, calibration, sources, header["unit"], header["name"])
+    check_parts(front_end, model, readout)
+    sources = tuple(_found_again(source, path) for source in header.sources)
+    return SlowMap(config, front_end, model, readout, header.calibration, sources, header.unit, header.name)
 
 
-def _read_source(values: dict[str, Any], path: Path) -> Source:
-    folder = values["folder"]
-    values["folder"] = None if folder is None else os.path.normpath(path.resolve().parent / folder)
-    return _SOURCE.validate_python(values)
-
-
-def _check_shapes(front_end: FrontEnd, model: CompactModel, readout: Readout) -> None:
-    """Every product that localizing will form; the shapes inside one part are its own business."""
-    r = model.weights.shape[1] if model.weights.ndim == 2 else -1
-    k = model.output_dim
-    _expect("model.mean", model.mean, (front_end.dim,), "f4")
-    _expect("model.weights", model.weights, (front_end.dim, r), "f4")
-    if model.quadratic is None:
-        _expect("model.deltas", model.deltas, (r,), "f8")
-    else:
-        terms = r + r * (r + 1) // 2
-        _expect("model.quadratic.weights", model.quadratic.weights, (terms, k), "f8")
-    if isinstance(readout, LocalReadout):
-        count = len(readout.references)
-        _expect("readout.references", readout.references, (count, k), "f4")
-        _expect("readout.xy", readout.xy, (count, 2), "f8")
-        _expect("readout.metric", readout.metric, (k,), "f8")
-        if not 1 <= readout.neighbours <= count:
-            raise MapError(f"{readout.neighbours} neighbours of {count} references")
-    elif isinstance(readout, GaussianProcessReadout):
-        count = len(readout.points)
-        _expect("readout.points", readout.points, (count, k), "f8")
-        _expect("readout.metric", readout.metric, (k,), "f8")
-        _expect("readout.dual", readout.dual, (count, 2), "f8")
-        _expect("readout.factor", readout.factor, (count, count), "f8")
-        _expect("readout.mean", readout.mean, (2,), "f8")
-    elif isinstance(readout, PolynomialReadout):
-        _expect("readout.coefficients", readout.coefficients, (readout.terms, 2), "f8")
-        _expect("readout.residual", readout.residual, (2, 2), "f8")
-
-
-def _expect(name: str, array: NDArray[Any], shape: tuple[int, ...], dtype: str) -> None:
-    if array.shape != shape or array.dtype != np.dtype(dtype):
-        raise MapError(f"array {name} is {array.dtype} of shape {array.shape}, expected {np.dtype(dtype)} {shape}")
+def _found_again(source: Source, path: Path) -> Source:
+    if source.folder is None:
+        return source
+    return dataclasses.replace(source, folder=os.path.normpath(path.resolve().parent / source.folder))
 
 
 def _prefixed(prefix: str, arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:

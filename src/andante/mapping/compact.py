@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from andante.data import FloatArray
 from andante.sfa import AffineModel, QuadraticModel, expand_quadratic
-from andante.sfa.arrays import require_names
+from andante.sfa.arrays import require_columns, require_names
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CompactModel:
     """Features (n, d) float32 -> slow features (n, k) float64.
 
@@ -51,7 +51,8 @@ class CompactModel:
         return len(self.deltas)
 
     def transform(self, features: NDArray[np.float32]) -> FloatArray:
-        """(n, d) float32 -> (n, k) float64."""
+        """(n, d) float32 -> (n, k) float64; raises ``ArrayError`` for another number of columns."""
+        require_columns(features, self.input_dim, "this map")
         linear = np.asarray((features - self.mean) @ self.weights, dtype=np.float64)
         return linear if self.quadratic is None else self.quadratic.transform(expand_quadratic(linear))
 

@@ -13,6 +13,8 @@ from andante.errors import ConfigError
 Positions = Literal["auto", "reference", "odometry", "place"]
 Order = Literal["places", "restructured", "temporal"]
 ReadoutKind = Literal["local", "polynomial", "gaussian-process"]
+MAX_DEGREE = 4
+"""Of a polynomial readout: beyond it there are more terms than a drive has frames."""
 Share = Annotated[float, Field(gt=0, le=1)]
 Count = Annotated[int, Field(ge=1)]
 
@@ -78,10 +80,10 @@ class ReadoutConfig(_Frozen):
     """
 
     kind: ReadoutKind = "local"
-    neighbours: Count = 8
-    sharpness: Annotated[float, Field(gt=0)] = 8.0
+    neighbours: Count = 12
+    sharpness: Annotated[float, Field(gt=0)] = 16.0
     consensus_m: Annotated[float, Field(gt=0)] | None = None
-    degree: Annotated[int, Field(ge=1, le=4)] = 2
+    degree: Annotated[int, Field(ge=1, le=MAX_DEGREE)] = 2
     inputs: Count = 8
     max_references: Annotated[int, Field(ge=10)] = 4000
 
@@ -141,7 +143,7 @@ class MapConfig(_Frozen):
             values = tomllib.loads(Path(path).read_text(encoding="utf-8"))
         except OSError as error:
             raise ConfigError(f"configuration {path} cannot be read: {error.strerror}; check the path") from None
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        except (ValueError, RecursionError) as error:  # also no UTF-8, numbers of thousands of digits, deep nesting
             raise ConfigError(f"configuration {path} is no valid TOML: {error}") from None
         return cls.checked(values, f"configuration {path}")
 
@@ -149,10 +151,8 @@ class MapConfig(_Frozen):
         """A copy with some fields replaced: ``{"learning": {"slow_features": 20}, "seed": 1}``."""
         merged = self.model_dump()
         for key, value in values.items():
-            if isinstance(value, dict):
-                merged[key] = {**merged.get(key, {}), **value}
-            else:
-                merged[key] = value
+            section = merged.get(key)
+            merged[key] = {**section, **value} if isinstance(section, dict) and isinstance(value, dict) else value
         return MapConfig.checked(merged)
 
 
@@ -162,7 +162,7 @@ def _one_line(error: ValidationError, source: str) -> str:
     if first["type"] == "extra_forbidden":
         allowed = ", ".join(_fields_at(first["loc"][:-1]))
         return f"{source}: unknown key {key!r}; allowed here: {allowed}"
-    return f"{source}: {key} = {first.get('input')!r} is not allowed: {first['msg'].lower()}"
+    return f"{source}: {key} = {first['input']!r:.80} is not allowed: {first['msg'].lower()}"
 
 
 def _fields_at(location: tuple[int | str, ...]) -> list[str]:

@@ -19,21 +19,22 @@ from scipy import linalg
 from scipy.spatial.distance import cdist
 
 from andante.data import FloatArray
-from andante.errors import LearningError
+from andante.errors import ArrayError, LearningError
 from andante.mapping.config import ReadoutConfig
+from andante.sfa.arrays import require_names
 
 _GAUSSIAN_PROCESS_POINTS = 600
 _MEDIAN_SAMPLE = 400
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Located:
     """Positions for n images.
 
     ``xy`` (n, 2) in metres (or places), ``covariance`` (n, 2, 2) uncalibrated, ``likeness`` (n,) from 1 (looks
     just like a mapped place) to 0 (no more like the nearest reference than like any), ``agreement`` (n,) the share of
-    the evidence that speaks for this position, ``candidates`` (n, m, 2) with ``weights`` (n, m), best first;
-    candidates within ``reach`` of ``xy`` are the same place.
+    the evidence that speaks for this position. ``candidates`` (n, m, 2), best first, with ``weights`` (n, m) are what
+    else was considered; those that speak for ``xy`` weigh nothing here, so that weights and agreement sum to one.
     """
 
     xy: FloatArray
@@ -42,7 +43,6 @@ class Located:
     agreement: FloatArray
     candidates: FloatArray
     weights: FloatArray
-    reach: float = np.inf
 
     @property
     def sigma(self) -> FloatArray:
@@ -70,7 +70,7 @@ class Readout(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LocalReadout:
     """The nearest references vote, and those around the winner are averaged.
 
@@ -115,18 +115,17 @@ class LocalReadout:
         votes /= votes.sum(axis=1, keepdims=True)
         positions = self.xy[nearest]
         apart = np.linalg.norm(positions[:, :, None] - positions[:, None], axis=-1)
-        support = np.where(apart <= self.consensus_m, votes[:, None, :], 0)
-        rows = np.arange(len(slow))
-        winner = support.sum(axis=2).argmax(axis=1)
-        share = support[rows, winner]
+        together = apart <= self.consensus_m
+        winner = np.where(together, votes[:, None], 0).sum(axis=2).argmax(axis=1)
+        chosen = together[np.arange(len(slow)), winner]
+        share = np.where(chosen, votes, 0)
         agreement = share.sum(axis=1)
-        share /= agreement[:, None]
-        xy = np.einsum("nm,nmi->ni", share, positions)
+        xy = np.einsum("nm,nmi->ni", share / agreement[:, None], positions)
         # All votes count for the spread, so that two places that look alike give a large one.
         offset = positions - xy[:, None]
         covariance = np.einsum("nm,nmi,nmj->nij", votes, offset, offset) + np.eye(2) * self.floor_m**2 / 2
         likeness = self._likeness(squared, d2[:, 0])
-        return Located(xy, covariance, likeness, agreement, positions, votes, self.consensus_m)
+        return Located(xy, covariance, likeness, agreement, positions, np.where(chosen, 0, votes))
 
     def strangers(self, slow: FloatArray, xy: FloatArray, apart: float) -> FloatArray:
         """The likeness of the best reference that lies elsewhere."""
@@ -148,12 +147,12 @@ class LocalReadout:
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> LocalReadout:
         """The inverse of ``to_arrays``."""
-        typical, neighbours, sharpness, consensus_m, floor_m = arrays["numbers"].tolist()
-        named = (arrays["references"], arrays["xy"], arrays["metric"])
-        return cls(*named, typical, int(neighbours), sharpness, consensus_m, floor_m)
+        references, xy, metric, numbers = _named(arrays, ("references", "xy", "metric"), 5)
+        typical, neighbours, sharpness, consensus_m, floor_m = numbers.tolist()
+        return cls(references, xy, metric, typical, int(neighbours), sharpness, consensus_m, floor_m)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PolynomialReadout:
     """One polynomial of the slowest features for the whole garden: the thesis' regression (5.2)."""
 
@@ -171,12 +170,14 @@ class PolynomialReadout:
     def fit(cls, slow: FloatArray, xy: FloatArray, config: ReadoutConfig) -> PolynomialReadout:
         """Least squares on slow features (n, k) and positions (n, 2)."""
         inputs = min(config.inputs, slow.shape[1])
-        terms = _monomials(slow[:, :inputs], config.degree)
-        if len(terms) <= terms.shape[1]:
+        count = comb(inputs + config.degree, config.degree)
+        # Before they are made: there may be millions of them.
+        if len(slow) <= count:
             raise LearningError(
-                f"a polynomial of degree {config.degree} in {inputs} slow features has {terms.shape[1]} terms, "
-                f"but there are {len(terms)} frames; lower readout.inputs or readout.degree"
+                f"a polynomial of degree {config.degree} in {inputs} slow features has {count} terms, "
+                f"but there are {len(slow)} frames; lower readout.inputs or readout.degree"
             )
+        terms = _monomials(slow[:, :inputs], config.degree)
         coefficients = linalg.lstsq(terms, xy)[0]
         offset = xy - terms @ coefficients
         residual = offset.T @ offset / (len(terms) - terms.shape[1])
@@ -189,8 +190,7 @@ class PolynomialReadout:
         # Unit variance is what the mapped frames have on average.
         likeness = 1 / np.maximum(1, (slow[:, : self.inputs] ** 2).mean(axis=1))
         covariance = self.residual[None] / likeness[:, None, None]
-        ones = np.ones(len(slow))
-        return Located(xy, covariance, likeness, ones, xy[:, None], ones[:, None])
+        return _without_rivals(xy, covariance, likeness)
 
     def strangers(self, slow: FloatArray, xy: FloatArray, apart: float) -> FloatArray:
         """Nothing: a regression has no references to ignore."""
@@ -204,11 +204,12 @@ class PolynomialReadout:
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> PolynomialReadout:
         """The inverse of ``to_arrays``."""
-        inputs, degree = (int(number) for number in arrays["numbers"])
-        return cls(arrays["coefficients"], arrays["residual"], inputs, degree)
+        coefficients, residual, numbers = _named(arrays, ("coefficients", "residual"), 2)
+        inputs, degree = numbers.tolist()
+        return cls(coefficients, residual, int(inputs), int(degree))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class GaussianProcessReadout:
     """A Gaussian process from slow features to positions, with its own variance (Rasmussen and Williams 2006, 2.2).
 
@@ -249,9 +250,7 @@ class GaussianProcessReadout:
         explained = (linalg.solve_triangular(self.factor, cross.T, lower=True) ** 2).sum(axis=0)
         unexplained = np.clip(1 - explained, 0, 1)
         variance = self.prior * (unexplained + self.noise)
-        ones = np.ones(len(slow))
-        covariance = variance[:, None, None] * np.eye(2)
-        return Located(xy, covariance, 1 - unexplained, ones, xy[:, None], ones[:, None])
+        return _without_rivals(xy, variance[:, None, None] * np.eye(2), 1 - unexplained)
 
     def strangers(self, slow: FloatArray, xy: FloatArray, apart: float) -> FloatArray:
         """Nothing: a regression has no references to ignore."""
@@ -271,10 +270,23 @@ class GaussianProcessReadout:
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> GaussianProcessReadout:
         """The inverse of ``to_arrays``."""
-        names = ("points", "metric", "dual", "factor", "mean")
-        length, noise, prior = arrays["numbers"].tolist()
-        points, metric, dual, factor, mean = (arrays[name] for name in names)
+        points, metric, dual, factor, mean, numbers = _named(arrays, ("points", "metric", "dual", "factor", "mean"), 3)
+        length, noise, prior = numbers.tolist()
         return cls(points, metric, dual, factor, mean, length, noise, prior)
+
+
+def _named(arrays: Mapping[str, NDArray[Any]], names: tuple[str, ...], count: int) -> list[NDArray[Any]]:
+    """The arrays of these names, and ``numbers`` (count,); raises ``ArrayError`` where one is missing."""
+    require_names(arrays, (*names, "numbers"), "this readout")
+    if arrays["numbers"].shape != (count,):
+        raise ArrayError(f"this readout has {count} numbers, got an array of shape {arrays['numbers'].shape}")
+    return [arrays[name] for name in (*names, "numbers")]
+
+
+def _without_rivals(xy: FloatArray, covariance: FloatArray, likeness: FloatArray) -> Located:
+    """The answer of a regression, which considers no other place."""
+    n = len(xy)
+    return Located(xy, covariance, likeness, np.ones(n), np.empty((n, 0, 2)), np.empty((n, 0)))
 
 
 def _squared_distances(queries: NDArray[np.float32], references: NDArray[np.float32]) -> NDArray[np.float32]:

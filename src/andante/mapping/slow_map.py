@@ -39,7 +39,7 @@ class Source:
     folder: str | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SlowMap:
     """What is needed to localize, and where it came from; made by ``build_map`` or ``SlowMap.load``."""
 
@@ -168,11 +168,7 @@ class SlowMap:
 
     def _hypotheses(self, located: Located) -> tuple[Hypothesis, ...]:
         """The estimate itself with what speaks for it, then the other candidates."""
-        best, agreement = located.xy[0], float(located.agreement[0])
-        others = zip(located.candidates[0], located.weights[0], strict=True)
-        rest = [
-            Hypothesis(float(xy[0]), float(xy[1]), float(weight))
-            for xy, weight in others
-            if np.linalg.norm(xy - best) > located.reach
-        ]
-        return (Hypothesis(float(best[0]), float(best[1]), agreement), *rest)
+        x, y = located.xy[0].tolist()
+        rivals = zip(located.candidates[0].tolist(), located.weights[0].tolist(), strict=True)
+        others = [Hypothesis(xy[0], xy[1], weight) for xy, weight in rivals if weight > 0]
+        return (Hypothesis(x, y, float(located.agreement[0])), *others)

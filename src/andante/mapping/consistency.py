@@ -1,0 +1,70 @@
+"""Whether the parts of a map file fit each other: no shape and no number that localizing would stumble over."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andante.errors import MapError
+from andante.mapping.compact import CompactModel
+from andante.mapping.config import MAX_DEGREE
+from andante.mapping.frontend import FrontEnd
+from andante.mapping.readout import GaussianProcessReadout, LocalReadout, PolynomialReadout, Readout
+
+
+def check_parts(front_end: FrontEnd, model: CompactModel, readout: Readout) -> None:
+    """Every product that localizing will form and every number that it divides by; raises ``MapError``."""
+    r = model.weights.shape[1] if model.weights.ndim == 2 else -1
+    k = r if model.quadratic is None else model.quadratic.output_dim
+    _expect("model.mean", model.mean, (front_end.dim,), "f4")
+    _expect("model.weights", model.weights, (front_end.dim, r), "f4")
+    _expect("model.deltas", model.deltas, (k,), "f8")
+    if model.quadratic is not None:
+        _expect("model.quadratic.weights", model.quadratic.weights, (r + r * (r + 1) // 2, k), "f8")
+    if isinstance(readout, LocalReadout):
+        _check_local(readout, k)
+    elif isinstance(readout, PolynomialReadout):
+        _check_polynomial(readout, k)
+    elif isinstance(readout, GaussianProcessReadout):
+        _check_gaussian_process(readout, k)
+
+
+def _check_local(readout: LocalReadout, k: int) -> None:
+    count = len(readout.references)
+    _expect("readout.references", readout.references, (count, k), "f4")
+    _expect("readout.xy", readout.xy, (count, 2), "f8")
+    _expect("readout.metric", readout.metric, (k,), "f8")
+    if not 1 <= readout.neighbours <= count:
+        raise MapError(f"{readout.neighbours} neighbours of {count} references")
+    _expect_positive(readout.typical, readout.sharpness, readout.consensus_m, readout.floor_m)
+
+
+def _check_polynomial(readout: PolynomialReadout, k: int) -> None:
+    # The number of terms comes last: for absurd numbers it takes longer than a life to work out.
+    if not (1 <= readout.inputs <= k and 1 <= readout.degree <= MAX_DEGREE):
+        raise MapError(f"a polynomial of degree {readout.degree} in {readout.inputs} of {k} slow features")
+    _expect("readout.coefficients", readout.coefficients, (readout.terms, 2), "f8")
+    _expect("readout.residual", readout.residual, (2, 2), "f8")
+
+
+def _check_gaussian_process(readout: GaussianProcessReadout, k: int) -> None:
+    count = len(readout.points)
+    _expect("readout.points", readout.points, (count, k), "f8")
+    _expect("readout.metric", readout.metric, (k,), "f8")
+    _expect("readout.dual", readout.dual, (count, 2), "f8")
+    _expect("readout.factor", readout.factor, (count, count), "f8")
+    _expect("readout.mean", readout.mean, (2,), "f8")
+    _expect_positive(readout.length, readout.noise, readout.prior, *np.diag(readout.factor).tolist())
+
+
+def _expect(name: str, array: NDArray[Any], shape: tuple[int, ...], dtype: str) -> None:
+    if array.shape != shape or array.dtype != np.dtype(dtype):
+        raise MapError(f"array {name} is {array.dtype} of shape {array.shape}, expected {np.dtype(dtype)} {shape}")
+
+
+def _expect_positive(*numbers: float) -> None:
+    for number in numbers:
+        if not number > 0:
+            raise MapError(f"a number of the readout is {number}, but has to be above zero")
