@@ -9,11 +9,13 @@ from andante.simulator.raycaster import RayCaster
 
 _DIRECTIONS = 10
 _LIFT_M = 0.02
+_SMALL_M = 0.4
 
 
 def baked_openness(mesh: Mesh, caster: RayCaster) -> FloatArray32:
-    """(n, 3) share of the sky, 0..1, that the corners of each triangle see; one value for a whole leaf."""
-    card = np.isin(mesh.matter, LEAFY)
+    """(n, 3) share of the sky, 0..1, that the corners of each triangle see; one value for leaves and small ones."""
+    edges = np.linalg.norm(mesh.corners - np.roll(mesh.corners, 1, axis=1), axis=2)
+    card = np.isin(mesh.matter, LEAFY) | (edges.max(axis=1) < _SMALL_M)
     open_ = np.empty((len(mesh), 3), np.float32)
     normals = mesh.normals()
     open_[card] = _openness(mesh.corners[card].mean(axis=1), normals[card], caster)[:, None]

@@ -73,6 +73,8 @@ class Sky:
 
     def look(self, directions: FloatArray32) -> FloatArray32:
         """Linear RGB (k, 3) along unit directions (k, 3); below the horizon that of the horizon."""
+        if not len(directions):
+            return np.empty((0, 3), np.float32)
         rows, columns = _DOME_SHAPE
         azimuth = np.arctan2(directions[:, 1], directions[:, 0])
         column = (azimuth + np.float32(np.pi)) * np.float32(columns / (2.0 * np.pi))
