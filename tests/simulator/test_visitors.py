@@ -15,7 +15,7 @@ def test_visitors_keep_clear_of_the_way_of_things_and_of_each_other(garden, seed
     assert [thing.kind for thing in things] == list(MOVABLE_KINDS)
     for number, thing in enumerate(things):
         own = Obstacles.of(thing.footprints)
-        assert own.clearance_m(way).min() >= 0.9
+        assert own.clearance_m(way).min() >= 1.2
         others = [f for n, other in enumerate(things) if n != number for f in other.footprints]
         middle = [(thing.footprints[0].x_m, thing.footprints[0].y_m)]
         assert Obstacles.of(others).clearance_m(middle).min() > 0

@@ -24,7 +24,7 @@ class SimulatedCamera(Settings):
     Fisheye: every key of ``CameraSpec`` that a lens has; ``radius_px`` defaults to half the smaller side and the
     centre to the middle of the picture. Panorama: all azimuths, elevations ``min_deg`` to ``max_deg``. Perspective:
     a pinhole that looks forward, ``horizontal_field_of_view_deg`` wide. ``mount_height_m`` is above the ground.
-    ``antialias`` takes three rays a pixel where objects end.
+    ``antialias`` takes two rays a pixel where objects end.
     """
 
     model: CameraModel = "fisheye"

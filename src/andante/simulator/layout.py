@@ -99,7 +99,7 @@ class _Planner:
 
     def add_boundary(self) -> None:
         """Hedges and fences along the four sides, each side in one to three pieces."""
-        density = 32.0 if self.half.max() < 12.0 else 14.0
+        density = 64.0 if self.half.max() < 12.0 else 14.0
         for side in range(4):
             along, across = (self.half[0], self.half[1]) if side % 2 == 0 else (self.half[1], self.half[0])
             pieces = int(self._rng.integers(1, 4))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from andante.data import ImageArray, Pose2D
-from andante.simulator.ambient import baked_openness
+from andante.simulator.ambient import baked_openness, baked_sunlight
 from andante.simulator.camera import SimulatedCamera, pixel_rays
 from andante.simulator.conditions import Conditions
 from andante.simulator.garden import NO_OBJECT, Scene
@@ -21,14 +22,17 @@ from andante.simulator.sensor import developed
 from andante.simulator.textures import texture_atlas
 
 _OVERSAMPLING = 2
-_SUB_RAYS = [0, 3]  # two opposite quarters of a pixel, besides its centre
 _CONTRAST = 0.12
+_WHITE = np.float32(1.6)  # brighter light counts as this in an average, or one ray at the sun would outshine all
 _SKY_STRIDE = 2
 _SKY_MARGIN_PX = 5
 _LIFT_M = 0.004
 _THROUGH_LEAF = 0.45
 _HAZE_M = 700.0
 _BOUNCE = f32([0.16, 0.17, 0.12])
+
+
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,17 +55,19 @@ class Renderer:
         self.camera, self.conditions, self.seed = camera, conditions, seed
         self.scene = dressed(scene, conditions.season)
         self._caster = RayCaster(self.scene.mesh.corners)
-        self._surfaces = _packed(self.scene.mesh, baked_openness(self.scene.mesh, self._caster))
+        self._surfaces = _packed(self.scene.mesh, baked_openness(self.scene.mesh, self._caster), self._sunlight())
         self._sky = Sky(conditions, np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(10,))))
         whole = pixel_rays(camera)
         self._valid = whole.valid
         self._directions = np.ascontiguousarray(whole.directions[whole.valid])
         self._pixel_rad = float(np.sqrt(2.0 * np.pi / max(whole.valid.sum(), 1)))
+        self._pixels = np.flatnonzero(whole.valid)
+        rows, columns = np.divmod(self._pixels, camera.width_px)
+        self._coarse = (rows % _SKY_STRIDE == 0) & (columns % _SKY_STRIDE == 0)
         if camera.antialias:
             parts = pixel_rays(camera, _OVERSAMPLING).directions
-            height, width = self._valid.shape
-            split = parts.reshape(height, _OVERSAMPLING, width, _OVERSAMPLING, 3).transpose(0, 2, 1, 3, 4)
-            self._sub_directions = np.ascontiguousarray(split.reshape(height, width, -1, 3)[self._valid][:, _SUB_RAYS])
+            # Which quarter of a pixel is looked at besides its centre changes from pixel to pixel: none is favoured.
+            self._aside = parts[2 * rows + columns % 2, 2 * columns + (rows + columns) % 2]
 
     def render(self, pose: Pose2D, index: int = 0, share: float = 0.0) -> Rendering:
         """The view from ``pose``; ``index`` chooses the sensor noise, ``share`` (0..1) the moment of drifting light."""
@@ -69,29 +75,34 @@ class Renderer:
         directions = _turned(self._directions, pose.heading_rad or 0.0)
         hits = self._first_hits(pose, directions)
         colours = self._shaded(pose, directions, hits, light)
-        ids = np.full(self._valid.shape, NO_OBJECT, np.int32)
-        ids[self._valid] = self._ids(hits.face)
+        ids = self._picture(self._ids(hits.face), NO_OBJECT)
         if self.camera.antialias:
             self._smooth_edges(colours, ids, pose, light)
-        range_m = np.full(self._valid.shape, np.inf, np.float32)
-        range_m[self._valid] = hits.distance_m
-        image = np.zeros((*self._valid.shape, 3), np.uint8)
         rng = np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(11, index)))
-        image[self._valid] = developed(colours, self.conditions.exposure, self.conditions.noise, rng)
-        return Rendering(image, ids, range_m)
+        image = self._picture(developed(colours, self.conditions.exposure, self.conditions.noise, rng), 0)
+        return Rendering(image, ids, self._picture(hits.distance_m, np.inf))
+
+    def _sunlight(self) -> FloatArray32:
+        """What is known of sun and shade (n,) before any picture; NaN where it takes a ray of its own."""
+        if self.conditions.drift_hours:
+            return np.full(len(self.scene.mesh), np.nan, np.float32)
+        return baked_sunlight(self.scene.mesh, self._caster, light_at(self.conditions, 0.0).to_sun)
+
+    def _picture(self, values: NDArray[Scalar], outside: float) -> NDArray[Scalar]:
+        """Values (k, ...) of the pixels that show anything -> (height, width, ...)."""
+        picture = np.full((self._valid.size, *values.shape[1:]), outside, values.dtype)
+        picture[self._pixels] = values
+        return picture.reshape(*self._valid.shape, *values.shape[1:])
 
     def _first_hits(self, pose: Pose2D, directions: FloatArray32) -> Hits:
         """What every pixel sees; open sky is found on every second row and column and taken for granted between."""
-        coarse = np.zeros(self._valid.shape, np.bool_)
-        coarse[::_SKY_STRIDE, ::_SKY_STRIDE] = True
-        first = np.flatnonzero(coarse[self._valid])
+        first = np.flatnonzero(self._coarse)
         hits = Hits.nothing(len(directions))
-        hits.fill(first, self._cast(pose, directions[first]))
-        struck = np.zeros(self._valid.shape, np.uint8)
-        struck[self._valid] = hits.face != NO_FACE
-        near = cv2.dilate(struck, np.ones((_SKY_MARGIN_PX, _SKY_MARGIN_PX), np.uint8)).astype(np.bool_)
-        rest = np.flatnonzero((near & ~coarse)[self._valid])
-        hits.fill(rest, self._cast(pose, directions[rest]))
+        hits.fill(first, self._cast(pose, directions.take(first, axis=0)))
+        struck = self._picture((hits.face != NO_FACE).astype(np.uint8), 0)
+        near = cv2.dilate(struck, np.ones((_SKY_MARGIN_PX, _SKY_MARGIN_PX), np.uint8)).reshape(-1)[self._pixels]
+        rest = np.flatnonzero((near > 0) & ~self._coarse)
+        hits.fill(rest, self._cast(pose, directions.take(rest, axis=0)))
         return hits
 
     def _cast(self, pose: Pose2D, directions: FloatArray32) -> Hits:
@@ -102,21 +113,12 @@ class Renderer:
         return np.where(face == NO_FACE, NO_OBJECT, self.scene.object_id[face]).astype(np.int32)
 
     def _smooth_edges(self, colours: FloatArray32, ids: NDArray[np.int32], pose: Pose2D, light: Light) -> None:
-        """Average several rays in the pixels where one object ends before another of visibly different colour."""
-        grey = np.zeros(ids.shape, np.float32)
-        grey[self._valid] = np.sqrt(np.minimum(colours[:, 1], 1.0))
-        edge = np.zeros(ids.shape, np.bool_)
-        across = (ids[:, 1:] != ids[:, :-1]) & (np.abs(grey[:, 1:] - grey[:, :-1]) > _CONTRAST)
-        down = (ids[1:] != ids[:-1]) & (np.abs(grey[1:] - grey[:-1]) > _CONTRAST)
-        edge[:, 1:] |= across
-        edge[:, :-1] |= across
-        edge[1:] |= down
-        edge[:-1] |= down
-        chosen = np.flatnonzero(edge[self._valid])
-        directions = _turned(self._sub_directions[chosen].reshape(-1, 3), pose.heading_rad or 0.0)
-        fine = np.minimum(self._shaded(pose, directions, self._cast(pose, directions), light), 1.6)
-        total = np.minimum(colours[chosen], 1.6) + fine.reshape(-1, len(_SUB_RAYS), 3).sum(axis=1)
-        colours[chosen] = total / np.float32(len(_SUB_RAYS) + 1)
+        """Average two rays in the pixels where one object ends before another of visibly different colour."""
+        grey = self._picture(np.sqrt(np.minimum(colours[:, 1], 1.0)), 0.0)
+        chosen = np.flatnonzero(_edges(ids, grey).reshape(-1)[self._pixels])
+        directions = _turned(self._aside.take(chosen, axis=0), pose.heading_rad or 0.0)
+        aside = self._shaded(pose, directions, self._cast(pose, directions), light)
+        colours[chosen] = (np.minimum(colours[chosen], _WHITE) + np.minimum(aside, _WHITE)) / np.float32(2.0)
 
     def _shaded(self, pose: Pose2D, directions: FloatArray32, hits: Hits, light: Light) -> FloatArray32:
         """Linear RGB (k, 3) along the rays."""
@@ -139,7 +141,7 @@ class Renderer:
         layer = surface[:, 15].astype(np.int32)
         texture = texture_atlas().sample(layer, mixed[:, :2], distance * np.float32(self._pixel_rad))
         eye = f32([pose.x_m, pose.y_m, self.camera.mount_height_m])
-        sunlit = self._sunlit(eye + ways * distance[:, None], normal, surface[:, 16] > 0.0, light)
+        sunlit = self._sunlit(eye + ways * distance[:, None], normal, surface, light)
         openness, up = mixed[:, 2], normal[:, 2] * np.float32(0.5) + np.float32(0.5)
         from_sky = openness * (np.float32(0.35) + np.float32(0.65) * up)
         bounced = (1.0 - up) * (np.float32(0.3) + np.float32(0.7) * openness)
@@ -148,25 +150,42 @@ class Renderer:
         haze = np.float32(1.0) - np.exp(distance * np.float32(-1.0 / _HAZE_M))[:, None]
         return np.asarray(lit + (self._sky.horizon * np.float32(light.brightness) - lit) * haze, np.float32)
 
-    def _sunlit(self, point: FloatArray32, normal: FloatArray32, card: NDArray[np.bool_], light: Light) -> FloatArray32:
+    def _sunlit(self, point: FloatArray32, normal: FloatArray32, surface: FloatArray32, light: Light) -> FloatArray32:
         """(k,) how squarely and whether the sun shines there; leaves let some light through from behind."""
+        leaf, sunlight = surface[:, 16] > 0.0, surface[:, 17]
         slant = _dot(normal, light.to_sun)
-        slant = np.where(card & (slant < 0.0), slant * np.float32(-_THROUGH_LEAF), np.maximum(slant, 0.0))
-        towards = np.flatnonzero(slant > 0.0)
-        origin = point[towards] + (light.to_sun + normal[towards]) * np.float32(_LIFT_M)
-        slant[towards[self._caster.occluded(origin, light.to_sun)]] = 0.0
+        slant = np.where(leaf & (slant < 0.0), slant * np.float32(-_THROUGH_LEAF), np.maximum(slant, 0.0))
+        unknown = np.isnan(sunlight)
+        slant *= np.where(unknown, np.float32(1.0), sunlight)
+        asked = np.flatnonzero(unknown & (slant > 0.0))
+        origin = point[asked] + (light.to_sun + normal[asked]) * np.float32(_LIFT_M)
+        slant[asked[self._caster.occluded(origin, light.to_sun)]] = 0.0
         return np.asarray(slant, np.float32)
 
 
-def _packed(mesh: Mesh, openness: FloatArray32) -> FloatArray32:
-    """All that shading asks of a triangle in one row (n, 17), because fetching rows is what costs time.
+def _edges(ids: NDArray[np.int32], grey: FloatArray32) -> NDArray[np.bool_]:
+    """Pixels (height, width) on either side of a border between objects that can be seen as such."""
+    across = (ids[:, 1:] != ids[:, :-1]) & (np.abs(grey[:, 1:] - grey[:, :-1]) > _CONTRAST)
+    down = (ids[1:] != ids[:-1]) & (np.abs(grey[1:] - grey[:-1]) > _CONTRAST)
+    edge = np.zeros(ids.shape, np.bool_)
+    edge[:, 1:] |= across
+    edge[:, :-1] |= across
+    edge[1:] |= down
+    edge[:-1] |= down
+    return edge
 
-    Three times (u, v, openness), normal, colour, layer, whether it is a leaf.
+
+def _packed(mesh: Mesh, openness: FloatArray32, sunlight: FloatArray32) -> FloatArray32:
+    """All that shading asks of a triangle in one row (n, 18), because fetching rows is what costs time.
+
+    Three times (u, v, openness), normal, colour, layer, whether it is a leaf, sunlight or NaN.
     """
     corners = np.concatenate([mesh.uv, openness[:, :, None]], axis=2).reshape(-1, 9)
     leaf = np.isin(mesh.matter, LEAFY)
     return np.concatenate(
-        [corners, mesh.normals(), mesh.colour, mesh.layer[:, None], leaf[:, None]], axis=1, dtype=np.float32
+        [corners, mesh.normals(), mesh.colour, mesh.layer[:, None], leaf[:, None], sunlight[:, None]],
+        axis=1,
+        dtype=np.float32,
     )
 
 

@@ -81,7 +81,7 @@ def _snowed(mesh: Mesh) -> Mesh:
         | ((matter == Matter.ROOF) & (up > 0.3))
         | ((matter == Matter.PLAIN) & (up > _FACES_UP))
     )
-    covered |= (matter == Matter.NEEDLE) & (up > 0.35) & (mesh.rank < 0.55)
+    covered |= (matter == Matter.NEEDLE) & (up > 0.25) & (mesh.rank < 0.65)
     colour, layer = mesh.colour.copy(), mesh.layer.copy()
     colour[covered] = _SNOW
     layer[covered & (matter == Matter.GROUND)] = Layer.PLASTER

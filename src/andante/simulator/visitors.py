@@ -12,14 +12,14 @@ from andante.simulator.garden import Garden, Thing
 from andante.simulator.movables import MOVABLES, MovableKind
 from andante.simulator.obstacles import Footprint, Obstacles
 
-_CLEAR_OF_WAY_M = 0.9
+_CLEAR_OF_WAY_M = 1.2
 _CLEAR_OF_THINGS_M = 0.15
 _BEYOND_FENCE_M = 4.0
 _TRIES = 400
 
 
 def placed_movables(garden: Garden, kinds: Sequence[MovableKind], seed: int, way_m: FloatArray) -> list[Thing]:
-    """One thing for each of ``kinds``, at least 0.9 m from every point of ``way_m`` (k, 2), outside of all obstacles.
+    """One thing for each of ``kinds``, at least 1.2 m from every point of ``way_m`` (k, 2), outside of all obstacles.
 
     Places and looks follow from ``seed``, every thing with a generator of its own. On the lawn where there is room,
     else beyond the fence. Raises ``ConfigError`` where there is no room at all.
