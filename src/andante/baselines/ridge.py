@@ -13,7 +13,7 @@ from andante.baselines.baseline import Baseline
 from andante.data import FloatArray
 from andante.mapping import FrontEnd
 from andante.mapping.slow_map import Unit
-from andante.sfa.eigen import one_thread
+from andante.sfa import one_thread
 
 _RIDGES = np.logspace(-6, 2, 17)
 _RANK_TOLERANCE = 1e-10

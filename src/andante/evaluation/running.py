@@ -16,7 +16,7 @@ from andante.mapping import FrontEnd, Progress
 from andante.mapping.store import FeatureStore
 from andante.protocols import Localizer, Recording
 from andante.recordings import map_frames
-from andante.sfa.eigen import one_thread
+from andante.sfa import one_thread
 
 
 @dataclass(frozen=True, slots=True)

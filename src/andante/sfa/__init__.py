@@ -23,6 +23,7 @@ from andante.sfa.moments import Moments
 from andante.sfa.pca import PCA, pca_of_samples
 from andante.sfa.quadratic import QuadraticModel, QuadraticSFA
 from andante.sfa.solver import solve_slow
+from andante.sfa.threads import one_thread
 
 __all__ = [
     "PCA",
@@ -34,6 +35,7 @@ __all__ = [
     "SlowModel",
     "expand_quadratic",
     "expanded_dim",
+    "one_thread",
     "pca_of_samples",
     "solve_slow",
     "term_names",

@@ -5,31 +5,16 @@ Shared by principal components and slow features, so that both cut ranks and cho
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
-from functools import cache
-
 import numpy as np
 import scipy.linalg as sl
-from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
 
 from andante.data import FloatArray
+from andante.sfa.threads import one_thread
 
 RANK_TOLERANCE = 1e-10
 """Directions with less than this share of the largest variance count as empty, unless a caller says otherwise."""
 
 _SIGN_TIE = 1e-6
-
-
-@cache
-def _threadpools() -> ThreadpoolController:
-    # Finding the libraries costs milliseconds, limiting them microseconds.
-    return ThreadpoolController()
-
-
-def one_thread() -> AbstractContextManager[object]:
-    """One BLAS thread: on a busy machine eigensolvers with two wait for each other 10 times longer than they work."""
-    limit: AbstractContextManager[object] = _threadpools().limit(limits=1, user_api="blas")
-    return limit
 
 
 def largest(symmetric: FloatArray, k: int) -> tuple[FloatArray, FloatArray]:
