@@ -250,23 +250,26 @@ def _cross_validate(
     return calibrate(ground, names, locate_fold, config.calibration)
 
 
-def _readout(slow: FloatArray, learnt: Learnt, ground: Ground, config: MapConfig) -> Readout:
+def _readout(
+    slow: FloatArray, learnt: Learnt, ground: Ground, config: MapConfig, spread: FloatArray | None = None
+) -> Readout:
     if config.readout.kind == "polynomial":
         return PolynomialReadout.fit(slow, ground.xy, config.readout)
     if config.readout.kind == "gaussian-process":
         return GaussianProcessReadout.fit(slow, ground.xy, learnt.metric)
     kept = thinned_by_place(ground.xy, ground.session, config.readout.max_references)
     consensus = config.readout.consensus_m or 2 * ground.radius
-    return LocalReadout.fit(slow[kept], ground.xy[kept], learnt.metric, config.readout, consensus)
+    around = None if spread is None else spread[kept]
+    return LocalReadout.fit(slow[kept], ground.xy[kept], learnt.metric, config.readout, consensus, spread=around)
 
 
 def _final_readout(
     store: FeatureStore, model: CompactModel, learnt: Learnt, ground: Ground, config: MapConfig
 ) -> Readout:
-    slow = np.empty((store.rows, model.output_dim))
+    slow, spread = np.empty((store.rows, model.output_dim)), np.empty(store.rows)
     for rows, vectors in store.chunks():
-        slow[rows] = model.transform(vectors)
-    return _readout(slow, learnt, ground, config)
+        slow[rows], spread[rows] = model.transform(vectors), model.spread(vectors)
+    return _readout(slow, learnt, ground, config, spread)
 
 
 def _source(session: _Session, content_hash: str, skipped: dict[int, str], positions: Positions) -> Source:

@@ -56,6 +56,10 @@ class CompactModel:
         linear = np.asarray((features - self.mean) @ self.weights, dtype=np.float64)
         return linear if self.quadratic is None else self.quadratic.transform(expand_quadratic(linear))
 
+    def spread(self, features: NDArray[np.float32]) -> FloatArray:
+        """(n, d) float32 -> (n,) distances from the average of the mapped images."""
+        return np.asarray(np.linalg.norm(features - self.mean, axis=1), dtype=np.float64)
+
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Arrays by name, for a file."""
         arrays: dict[str, NDArray[Any]] = {"mean": self.mean, "weights": self.weights, "deltas": self.deltas}

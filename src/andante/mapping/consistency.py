@@ -35,6 +35,7 @@ def _check_local(readout: LocalReadout, k: int) -> None:
     count = len(readout.references)
     _expect("readout.references", readout.references, (count, k), "f4")
     _expect("readout.xy", readout.xy, (count, 2), "f8")
+    _expect("readout.spread", readout.spread, (count,), "f8")
     _expect("readout.metric", readout.metric, (k,), "f8")
     if not 1 <= readout.neighbours <= count:
         raise MapError(f"{readout.neighbours} neighbours of {count} references")

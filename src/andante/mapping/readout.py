@@ -35,6 +35,8 @@ class Located:
     just like a mapped place) to 0 (no more like the nearest reference than like any), ``agreement`` (n,) the share of
     the evidence that speaks for this position. ``candidates`` (n, m, 2), best first, with ``weights`` (n, m) are what
     else was considered; those that speak for ``xy`` weigh nothing here, so that weights and agreement sum to one.
+    ``spread`` (n,) is how far from the average the features of the mapped images lie that these resemble, infinite
+    where that is not known.
     """
 
     xy: FloatArray
@@ -43,6 +45,7 @@ class Located:
     agreement: FloatArray
     candidates: FloatArray
     weights: FloatArray
+    spread: FloatArray
 
     @property
     def sigma(self) -> FloatArray:
@@ -74,12 +77,13 @@ class Readout(Protocol):
 class LocalReadout:
     """The nearest references vote, and those around the winner are averaged.
 
-    ``references`` (r, k) float32 are slow features times ``metric`` (k,); ``xy`` (r, 2) their positions;
-    ``typical`` is the median squared distance between references.
+    ``references`` (r, k) float32 are slow features times ``metric`` (k,); ``xy`` (r, 2) their positions and ``spread``
+    (r,) the distances of their features from the average; ``typical`` is the median squared distance between them.
     """
 
     references: NDArray[np.float32]
     xy: FloatArray
+    spread: FloatArray
     metric: FloatArray
     typical: float
     neighbours: int
@@ -89,9 +93,16 @@ class LocalReadout:
 
     @classmethod
     def fit(
-        cls, slow: FloatArray, xy: FloatArray, metric: FloatArray, config: ReadoutConfig, consensus_m: float
+        cls,
+        slow: FloatArray,
+        xy: FloatArray,
+        metric: FloatArray,
+        config: ReadoutConfig,
+        consensus_m: float,
+        *,
+        spread: FloatArray | None = None,
     ) -> LocalReadout:
-        """From slow features (n, k) and positions (n, 2) of the mapped frames."""
+        """From slow features (n, k), positions (n, 2) and, where known, spread (n,) of the mapped frames."""
         references = np.ascontiguousarray(slow * metric, dtype=np.float32)
         sample = references[np.linspace(0, len(references) - 1, min(len(references), _MEDIAN_SAMPLE)).astype(int)]
         typical = float(np.median(cdist(sample, references, "sqeuclidean")))
@@ -101,7 +112,8 @@ class LocalReadout:
         # Two references of one place are this far apart; no position can be told more finely.
         spacing = np.median(np.linalg.norm(np.diff(xy, axis=0), axis=1)) if len(xy) > 1 else 0.0
         floor_m = max(float(spacing), 0.02 * consensus_m)
-        return cls(references, xy, metric, typical, neighbours, config.sharpness, consensus_m, floor_m)
+        spread = np.full(len(xy), np.inf) if spread is None else spread
+        return cls(references, xy, spread, metric, typical, neighbours, config.sharpness, consensus_m, floor_m)
 
     def locate(self, slow: FloatArray) -> Located:
         """(n, k) -> n positions."""
@@ -125,7 +137,8 @@ class LocalReadout:
         offset = positions - xy[:, None]
         covariance = np.einsum("nm,nmi,nmj->nij", votes, offset, offset) + np.eye(2) * self.floor_m**2 / 2
         likeness = self._likeness(squared, d2[:, 0])
-        return Located(xy, covariance, likeness, agreement, positions, np.where(chosen, 0, votes))
+        spread = np.median(self.spread[nearest], axis=1)
+        return Located(xy, covariance, likeness, agreement, positions, np.where(chosen, 0, votes), spread)
 
     def strangers(self, slow: FloatArray, xy: FloatArray, apart: float) -> FloatArray:
         """The likeness of the best reference that lies elsewhere."""
@@ -142,14 +155,20 @@ class LocalReadout:
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Arrays by name, for a file."""
         numbers = [self.typical, self.neighbours, self.sharpness, self.consensus_m, self.floor_m]
-        return {"references": self.references, "xy": self.xy, "metric": self.metric, "numbers": np.array(numbers)}
+        return {
+            "references": self.references,
+            "xy": self.xy,
+            "spread": self.spread,
+            "metric": self.metric,
+            "numbers": np.array(numbers),
+        }
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> LocalReadout:
         """The inverse of ``to_arrays``."""
-        references, xy, metric, numbers = _named(arrays, ("references", "xy", "metric"), 5)
+        references, xy, spread, metric, numbers = _named(arrays, ("references", "xy", "spread", "metric"), 5)
         typical, neighbours, sharpness, consensus_m, floor_m = numbers.tolist()
-        return cls(references, xy, metric, typical, int(neighbours), sharpness, consensus_m, floor_m)
+        return cls(references, xy, spread, metric, typical, int(neighbours), sharpness, consensus_m, floor_m)
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,7 +305,8 @@ def _named(arrays: Mapping[str, NDArray[Any]], names: tuple[str, ...], count: in
 def _without_rivals(xy: FloatArray, covariance: FloatArray, likeness: FloatArray) -> Located:
     """The answer of a regression, which considers no other place."""
     n = len(xy)
-    return Located(xy, covariance, likeness, np.ones(n), np.empty((n, 0, 2)), np.empty((n, 0)))
+    nothing = np.empty((n, 0, 2)), np.empty((n, 0))
+    return Located(xy, covariance, likeness, np.ones(n), *nothing, spread=np.full(n, np.inf))
 
 
 def _squared_distances(queries: NDArray[np.float32], references: NDArray[np.float32]) -> NDArray[np.float32]:

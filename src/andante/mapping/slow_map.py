@@ -21,6 +21,14 @@ from andante.protocols import Recording
 
 Unit = Literal["m", "place"]
 
+MAX_STRANGENESS = 1.18
+"""How much further from the average an image may lie than the mapped ones that it resembles most.
+
+Slow features see only what varies along the mapped drives: noise, or another garden, can fall near some reference in
+their space. Measured on rendered gardens: 1 % of the images of an unseen season lie above, 97 % of noise and all of
+another garden.
+"""
+
 
 @dataclass(frozen=True)
 class Source:
@@ -97,7 +105,7 @@ class SlowMap:
     def estimate(self, features: NDArray[np.float32]) -> Estimate:
         """The same from a feature vector (d,)."""
         located = self.readout.locate(self.model.transform(features[None]))
-        status, reason = self._judge(located)
+        status, reason = self._judge(located, float(self.model.spread(features[None])[0] / located.spread[0]))
         hypotheses = self._hypotheses(located)
         if not status.has_pose:
             return Estimate(status, reason, hypotheses=hypotheses)
@@ -146,7 +154,12 @@ class SlowMap:
         """Whether a recording with this content is in the map."""
         return any(source.content_hash == content_hash for source in self.sources)
 
-    def _judge(self, located: Located) -> tuple[Status, str]:
+    def _judge(self, located: Located, strangeness: float) -> tuple[Status, str]:
+        if strangeness > MAX_STRANGENESS:
+            return Status.OFF_MAP, (
+                f"nothing in the map looks like this: {strangeness:.2f} times as far from the average image as mapped "
+                f"ones of the same kind, at most {MAX_STRANGENESS} is believed"
+            )
         likeness, agreement = float(located.likeness[0]), float(located.agreement[0])
         bounds = self.calibration
         if likeness < bounds.off_map_below:
