@@ -17,8 +17,8 @@ from andante.data import FloatArray
 from andante.errors import ArrayError, ConfigError, LearningError
 from andante.sfa.arrays import Matrix, as_matrix, require_columns, require_names
 from andante.sfa.eigen import RANK_TOLERANCE, largest, sign_of_columns
-from andante.sfa.threads import one_thread
 from andante.sfa.moments import Moments
+from andante.sfa.threads import one_thread
 
 
 @dataclass(frozen=True, slots=True, eq=False)
