@@ -1,0 +1,230 @@
+"""From slow features to positions: three ways, each against its own definition."""
+
+from itertools import combinations_with_replacement
+
+import numpy as np
+import pytest
+
+from andante.errors import ArrayError, LearningError
+from andante.mapping.config import ReadoutConfig
+from andante.mapping.readout import GaussianProcessReadout, LocalReadout, PolynomialReadout
+
+CONFIG = ReadoutConfig()
+CONSENSUS_M = 1.0
+
+
+@pytest.fixture(scope="module")
+def path() -> tuple[np.ndarray, np.ndarray]:
+    """Slow features (120, 6) and positions (120, 2) of frames along a path on which every place looks different."""
+    rng = np.random.default_rng(1)
+    along = np.linspace(0, 12, 120)
+    xy = np.column_stack([along, np.sin(along / 2)])
+    phases = rng.uniform(0, 6, 6)
+    slow = np.sin(along[:, None] * (0.25 + 0.15 * np.arange(6)) + phases) * np.sqrt(2)
+    return slow - slow.mean(axis=0), xy
+
+
+@pytest.fixture(scope="module")
+def local(path) -> LocalReadout:
+    return LocalReadout.fit(*path, np.linspace(2, 1, 6), CONFIG, CONSENSUS_M, spread=np.linspace(0.3, 0.5, 120))
+
+
+@pytest.fixture(scope="module")
+def polynomial(path) -> PolynomialReadout:
+    return PolynomialReadout.fit(*path, ReadoutConfig(kind="polynomial", inputs=4))
+
+
+@pytest.fixture(scope="module")
+def process(path) -> GaussianProcessReadout:
+    return GaussianProcessReadout.fit(*path, np.ones(6))
+
+
+READOUTS = ["local", "polynomial", "process"]
+
+
+@pytest.mark.parametrize("name", READOUTS)
+def test_arrays_hold_everything(name, path, request):
+    readout = request.getfixturevalue(name)
+    again = type(readout).from_arrays(readout.to_arrays())
+    located, relocated = readout.locate(path[0][::7] + 0.05), again.locate(path[0][::7] + 0.05)
+    for field in ("xy", "covariance", "likeness", "agreement", "candidates", "weights", "spread"):
+        np.testing.assert_array_equal(getattr(located, field), getattr(relocated, field))
+
+
+@pytest.mark.parametrize("name", READOUTS)
+def test_a_missing_array_and_wrong_numbers_are_named(name, request):
+    readout = request.getfixturevalue(name)
+    for missing in readout.to_arrays():
+        arrays = {key: array for key, array in readout.to_arrays().items() if key != missing}
+        with pytest.raises(ArrayError, match=f"lacks the stored arrays {missing}"):
+            type(readout).from_arrays(arrays)
+    with pytest.raises(ArrayError, match=r"numbers, got an array of shape \(7,\)"):
+        type(readout).from_arrays(readout.to_arrays() | {"numbers": np.ones(7)})
+
+
+@pytest.mark.parametrize("name", READOUTS)
+def test_shapes_and_ranges(name, path, request):
+    slow = np.random.default_rng(3).normal(size=(50, 6))
+    located = request.getfixturevalue(name).locate(slow)
+    assert located.xy.shape == (50, 2)
+    assert (located.sigma > 0).all()
+    for share in (located.likeness, located.agreement):
+        assert ((share >= 0) & (share <= 1 + 1e-12)).all()
+    np.testing.assert_allclose(located.agreement + located.weights.sum(axis=1), 1)
+    assert np.linalg.eigvalsh(located.covariance).min() > 0
+
+
+def test_local_finds_its_references_exactly(local, path):
+    slow, xy = path
+    located = local.locate(slow)
+    np.testing.assert_allclose(located.xy, xy, atol=1e-6)
+    np.testing.assert_allclose(located.likeness, 1, atol=1e-4)
+    np.testing.assert_allclose(located.agreement, 1, atol=1e-6)
+
+
+def local_by_loops(slow, xy, metric, query, neighbours, sharpness, consensus):
+    """One query: votes of the nearest, the reference with most of them around it, their mean."""
+    references, query = slow * metric, query * metric
+    squared = [sum((a - b) ** 2 for a, b in zip(query, reference, strict=True)) for reference in references]
+    nearest = sorted(range(len(xy)), key=squared.__getitem__)[:neighbours]
+    votes = [np.exp(-sharpness * (squared[i] / squared[nearest[0]] - 1)) for i in nearest]
+    votes = [vote / sum(votes) for vote in votes]
+    near = [[np.hypot(*(xy[i] - xy[j])) <= consensus for j in nearest] for i in nearest]
+    support = [sum(vote for vote, together in zip(votes, row, strict=True) if together) for row in near]
+    winner = int(np.argmax(support))
+    inside = [vote if together else 0 for vote, together in zip(votes, near[winner], strict=True)]
+    position = sum(vote * xy[i] for vote, i in zip(inside, nearest, strict=True)) / sum(inside)
+    return position, sum(inside), 1 - squared[nearest[0]] / np.median(squared)
+
+
+def test_local_is_a_vote_of_the_nearest_references(local, path):
+    slow, xy = path
+    config = ReadoutConfig(neighbours=8, sharpness=4.0)
+    local = LocalReadout.fit(slow, xy, local.metric, config, CONSENSUS_M)
+    queries = np.random.default_rng(4).normal(size=(40, 6))
+    located = local.locate(queries)
+    for row, query in enumerate(queries):
+        position, agreement, likeness = local_by_loops(slow, xy, local.metric, query, 8, 4.0, CONSENSUS_M)
+        np.testing.assert_allclose(located.xy[row], position, atol=1e-3)
+        assert located.agreement[row] == pytest.approx(agreement, abs=1e-3)
+        assert located.likeness[row] == pytest.approx(max(0, likeness), abs=1e-4)
+
+
+def test_two_places_that_look_alike_give_low_agreement_and_a_large_sigma(path):
+    slow, xy = path
+    twice = np.concatenate([slow, slow + 1e-3]), np.concatenate([xy, xy + [100, 0]])
+    readout = LocalReadout.fit(*twice, np.ones(6), CONFIG, CONSENSUS_M)
+    clear, unclear = LocalReadout.fit(slow, xy, np.ones(6), CONFIG, CONSENSUS_M), readout
+    query = slow[30:90:5] + 0.05
+    assert clear.locate(query).agreement.min() > 0.9
+    located = unclear.locate(query)
+    assert located.agreement.max() < 0.8
+    assert located.sigma.min() > 40 > 20 * clear.locate(query).sigma.max()
+    # The other place stays a candidate.
+    others = (located.candidates * (located.weights > 0.1)[:, :, None]).max(axis=1)[:, 0]
+    positions = np.maximum(located.xy[:, 0], others)
+    assert (positions > 99).all()
+
+
+def test_strangers_are_what_an_image_resembles_elsewhere(local, path):
+    slow, xy = path
+    apart = 2.0
+    strange = local.strangers(slow, xy, apart)
+    assert strange.shape == (120,)
+    assert ((strange >= 0) & (strange <= 1)).all()
+    assert (strange < local.locate(slow).likeness - 0.01).all()
+    references = slow * local.metric
+    squared = ((references[:, None] - references[None]) ** 2).sum(axis=2)
+    elsewhere = np.hypot(*(xy[:, None] - xy[None]).transpose(2, 0, 1)) > apart
+    expected = 1 - np.where(elsewhere, squared, np.inf).min(axis=1) / np.median(squared, axis=1)
+    np.testing.assert_allclose(strange, np.clip(expected, 0, 1), atol=1e-4)
+
+
+def test_there_are_no_strangers_where_the_whole_map_is_one_place(local, path):
+    assert len(local.strangers(*path, apart=1000.0)) == 0
+
+
+@pytest.mark.parametrize("name", ["polynomial", "process"])
+def test_regressions_know_no_strangers(name, path, request):
+    assert len(request.getfixturevalue(name).strangers(*path, apart=1.0)) == 0
+
+
+def test_spread_is_that_of_the_references_that_an_image_resembles(local, path):
+    np.testing.assert_allclose(local.locate(path[0]).spread, np.linspace(0.3, 0.5, 120), atol=0.01)
+    assert np.isinf(LocalReadout.fit(*path, np.ones(6), CONFIG, CONSENSUS_M).locate(path[0]).spread).all()
+
+
+def test_fewer_references_than_neighbours(path):
+    slow, xy = (array[:3] for array in path)
+    readout = LocalReadout.fit(slow, xy, np.ones(6), CONFIG, CONSENSUS_M)
+    assert readout.neighbours == 3
+    np.testing.assert_allclose(readout.locate(slow).xy, xy, atol=1e-6)
+
+
+def test_a_polynomial_is_least_squares_on_all_products(polynomial, path):
+    slow, xy = path
+    terms = [[1.0, *x[:4], *(x[i] * x[j] for i, j in combinations_with_replacement(range(4), 2))] for x in slow]
+    solution, *_ = np.linalg.lstsq(np.array(terms), xy, rcond=None)
+    fitted = np.array(terms) @ solution
+    np.testing.assert_allclose(polynomial.locate(slow).xy, fitted, atol=1e-8)
+    assert polynomial.terms == 15
+    residual = (xy - fitted).T @ (xy - fitted) / (120 - 15)
+    np.testing.assert_allclose(polynomial.residual, residual, rtol=1e-8)
+
+
+def test_a_polynomial_recovers_a_polynomial():
+    rng = np.random.default_rng(5)
+    slow = rng.normal(size=(200, 3))
+    truth = np.column_stack([1 + slow[:, 0] - 2 * slow[:, 1] * slow[:, 2], slow[:, 0] ** 2])
+    noisy = truth + rng.normal(0, 1e-3, truth.shape)
+    readout = PolynomialReadout.fit(slow, noisy, ReadoutConfig(inputs=3))
+    np.testing.assert_allclose(readout.locate(slow).xy, truth, atol=2e-3)
+
+
+def test_a_polynomial_trusts_itself_less_far_from_what_it_has_seen(polynomial, path):
+    near, far = polynomial.locate(path[0][:1]), polynomial.locate(10 * path[0][:1])
+    assert far.likeness[0] < 0.1
+    assert far.sigma[0] > 3 * near.sigma[0]
+
+
+@pytest.mark.parametrize(("inputs", "degree", "terms"), [(6, 4, 210), (192, 4, 59_626_385)])
+def test_more_terms_than_frames_are_refused_before_they_are_made(path, inputs, degree, terms):
+    slow = np.random.default_rng(0).normal(size=(120, inputs))
+    message = rf"a polynomial of degree {degree} in {inputs} slow features has {terms} terms, but there are 120 frames"
+    with pytest.raises(LearningError, match=message):
+        PolynomialReadout.fit(slow, path[1], ReadoutConfig(inputs=inputs, degree=degree))
+
+
+def test_a_gaussian_process_interpolates_and_knows_where_it_does_not(process, path):
+    slow, xy = path
+    at_data = process.locate(slow)
+    assert np.linalg.norm(at_data.xy - xy, axis=1).max() < 0.2
+    direction = np.full((1, 6), 1.0)
+    away = [process.locate(slow[60:61] + step * direction) for step in (0, 0.5, 1, 2, 4, 50)]
+    sigmas = [located.sigma[0] for located in away]
+    assert sigmas == sorted(sigmas)
+    assert sigmas[-1] == pytest.approx(np.sqrt(2 * process.prior * (1 + process.noise)), rel=1e-6)
+    assert away[-1].likeness[0] == pytest.approx(0, abs=1e-9)
+    np.testing.assert_allclose(away[-1].xy[0], process.mean, atol=1e-6)
+
+
+def test_a_gaussian_process_is_the_textbook_formula(process, path):
+    query = path[0][5:6] + 0.3
+    kernel = np.exp(-((process.points[:, None] - process.points[None]) ** 2).sum(axis=2) / (2 * process.length**2))
+    cross = np.exp(-((query - process.points) ** 2).sum(axis=1) / (2 * process.length**2))
+    noisy = kernel + (process.noise + 1e-9) * np.eye(len(kernel))
+    mean = process.mean + cross @ np.linalg.solve(noisy, path[1] - process.mean)
+    variance = process.prior * (1 - cross @ np.linalg.solve(noisy, cross) + process.noise)
+    located = process.locate(query)
+    np.testing.assert_allclose(located.xy[0], mean, rtol=1e-5)
+    np.testing.assert_allclose(located.covariance[0], variance * np.eye(2), rtol=1e-4)
+
+
+@pytest.mark.parametrize("fit", ["local", "process"])
+def test_images_that_all_look_the_same_are_refused(fit, path):
+    alike = np.ones_like(path[0])
+    with pytest.raises(LearningError, match="look the same|look different"):
+        if fit == "local":
+            LocalReadout.fit(alike, path[1], np.ones(6), CONFIG, CONSENSUS_M)
+        else:
+            GaussianProcessReadout.fit(alike, path[1], np.ones(6))
