@@ -99,3 +99,10 @@ def test_without_embreex_the_message_says_what_to_install(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "embreex.mesh_construction", None)
     with pytest.raises(MissingExtraError, match=r"pip install 'andante\[sim\]'"):
         RayCaster(np.zeros((1, 3, 3), np.float32))
+
+
+def test_sunlight_that_was_baked_is_what_rays_would_find(scene, view, tiny_camera):
+    baked = view(tiny_camera).render(POSE).image.astype(int)
+    asked = Renderer(scene, Conditions(noise=0.0, drift_hours=1e-9), tiny_camera).render(POSE).image.astype(int)
+    assert np.abs(baked - asked).mean() < 2.0
+    assert (np.abs(baked - asked).max(axis=-1) > 10).mean() < 0.08  # edges of shadows on leaves

@@ -116,16 +116,16 @@ def _frames(
     recording: SimulatedRecording, painters: _Painters, table: Path | None, progress: Progress | None
 ) -> Generator[Frame, None, None]:
     """All frames in order; the table of boxes is complete before the writer shows the folder."""
-    boxes: list[tuple[int, ObjectBox]] = []
-    with closing(painters.pictures(recording)) as pictures:
+    rows: list[tuple[int, ObjectBox]] = []
+    with closing(painters.pictures(recording, boxes=table is not None)) as pictures:
         for info, (image, found) in zip(recording.infos, pictures, strict=True):
-            boxes += [(info.index, box) for box in found]
+            rows += [(info.index, box) for box in found]
             yield Frame(info, image)
             if progress is not None:
                 progress(recording.name, info.index + 1, len(recording.infos))
     if table is not None:
         part = table.with_name(f".{table.name}.part")
-        part.write_text(boxes_csv(boxes), encoding="utf-8", newline="")
+        part.write_text(boxes_csv(rows), encoding="utf-8", newline="")
         part.replace(table)
 
 
@@ -148,14 +148,14 @@ class _Painters:
         if self._pool is not None:
             self._pool.shutdown(wait=True, cancel_futures=True)
 
-    def pictures(self, recording: SimulatedRecording) -> Generator[_Picture, None, None]:
+    def pictures(self, recording: SimulatedRecording, *, boxes: bool) -> Generator[_Picture, None, None]:
         """All pictures in order; few are held at once."""
         if self._pool is None:
-            yield from (_picture(recording, info.index) for info in recording.infos)
+            yield from (_picture(recording, info.index, boxes) for info in recording.infos)
             return
         pending: deque[Future[_Picture]] = deque()
         for info in recording.infos:
-            pending.append(self._pool.submit(_work, recording.plan, recording.name, info.index))
+            pending.append(self._pool.submit(_work, recording.plan, recording.name, info.index, boxes))
             if len(pending) >= _LOOK_AHEAD * self._workers:
                 yield pending.popleft().result()
         while pending:
@@ -166,8 +166,8 @@ def _begin() -> None:
     cv2.setNumThreads(1)
 
 
-def _work(plan: Plan, session: str, index: int) -> _Picture:
-    return _picture(_own_recording(plan, session), index)
+def _work(plan: Plan, session: str, index: int, boxes: bool) -> _Picture:
+    return _picture(_own_recording(plan, session), index, boxes)
 
 
 @lru_cache(maxsize=1)
@@ -176,8 +176,10 @@ def _own_recording(plan: Plan, session: str) -> SimulatedRecording:
     return SimulatedRecording(plan, session)
 
 
-def _picture(recording: SimulatedRecording, index: int) -> _Picture:
+def _picture(recording: SimulatedRecording, index: int, boxes: bool) -> _Picture:
     rendering = recording.rendering(index)
+    if not boxes:
+        return rendering.image, []
     names = recording.renderer.scene.names
     wraps = recording.plan.camera.model == "panorama"
     return rendering.image, object_boxes(rendering.object_id, names, wraps=wraps)
