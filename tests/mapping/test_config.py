@@ -16,7 +16,11 @@ from andante.mapping import MapConfig
         ({"panorama": {"width": 1}}, "panorama.width", "height_px, max_deg, min_deg, width_px"),
         ({"features": {"type": 1}}, "features.type", "deviation_floor, gradient_floor, kind"),
         ({"learning": {"slow": 1}}, "learning.slow", "across_weight, edge_ridge, expansion, order"),
-        ({"readout": {"k": 1}}, "readout.k", "consensus_m, degree, inputs, kind, max_references, neighbours, sharpness"),
+        (
+            {"readout": {"k": 1}},
+            "readout.k",
+            "consensus_m, degree, inputs, kind, max_references, neighbours, sharpness",
+        ),
         ({"calibration": {"alpha": 1}}, "calibration.alpha", "block_m, coverage, folds"),
     ],
 )
@@ -112,5 +116,9 @@ def test_the_thesis_settings():
     config = MapConfig.thesis()
     assert (config.panorama.width_px, config.panorama.height_px) == (600, 60)
     assert (config.features.n_frequencies, config.features.normalise, config.features.orientations) == (15, False, 0)
-    assert (config.learning.expansion, config.learning.reduced_dim, config.learning.slow_features) == ("quadratic", 20, 8)
+    assert (config.learning.expansion, config.learning.reduced_dim, config.learning.slow_features) == (
+        "quadratic",
+        20,
+        8,
+    )
     assert config.readout.kind == "polynomial"

@@ -35,7 +35,7 @@ from andante.mapping.slow_map import SlowMap, Source, Unit
 
 SCHEMA = 1
 MAX_BYTES = 2**31
-_FORMAT = "andante-map"
+_KEY = "andante"
 _DTYPES = ("F32", "F64", "I64")
 _Side = Annotated[int, Field(ge=1, le=2**16)]
 _READOUTS: dict[str, type[LocalReadout] | type[PolynomialReadout] | type[GaussianProcessReadout]] = {
@@ -65,8 +65,8 @@ def write_map(slowmap: SlowMap, path: str | Path) -> int:
     # safetensors 0.8 writes the memory of a strided view as if it were contiguous.
     contiguous = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
     try:
-        header = json.dumps(_header(slowmap, path), sort_keys=True, allow_nan=False)
-        data = save(contiguous, metadata={"format": _FORMAT, "schema": str(SCHEMA), "map": header})
+        # A single key: safetensors writes several in random order, but the same map has to give the same bytes.
+        data = save(contiguous, metadata={_KEY: json.dumps(_header(slowmap, path), sort_keys=True, allow_nan=False)})
         _replace(path, data)
     except OSError as error:
         reason = error.strerror or error
@@ -100,6 +100,7 @@ def read_map(path: str | Path) -> SlowMap:
 def _header(slowmap: SlowMap, path: Path) -> dict[str, Any]:
     front_end = slowmap.front_end
     return {
+        "schema": SCHEMA,
         "package_version": version("andante"),
         "name": slowmap.name,
         "unit": slowmap.unit,
@@ -148,13 +149,14 @@ def _read(path: Path) -> tuple[_Header, dict[str, NDArray[Any]]]:
 
 
 def _checked_header(metadata: Mapping[str, str]) -> _Header:
-    if metadata.get("format") != _FORMAT:
+    if _KEY not in metadata:
         raise MapError("it is no Andante map")
-    schema = metadata.get("schema", "none")
-    if schema != str(SCHEMA):
-        raise MapError(f"it has schema {schema:.20}, this version of andante reads schema {SCHEMA}; upgrade andante")
     try:
-        values = json.loads(metadata.get("map", ""), parse_float=_finite, parse_constant=_finite)
+        values = json.loads(metadata[_KEY], parse_float=_finite, parse_constant=_finite)
+        # Before all else: a newer schema may have other keys.
+        schema = values.get("schema") if isinstance(values, dict) else None
+        if schema != SCHEMA:
+            raise MapError(f"it has schema {schema!r:.20}, this version of andante reads {SCHEMA}; upgrade andante")
         return _Header.model_validate(values)
     except ValidationError as error:
         fault = error.errors(include_url=False, include_input=False)[0]

@@ -258,8 +258,9 @@ class GaussianProcessReadout:
             raise LearningError("a Gaussian process needs frames at different places that look different")
         grid = [(np.sqrt(typical * s), n) for s in (0.1, 0.3, 1.0, 3.0) for n in (1e-4, 1e-3, 1e-2, 1e-1)]
         length, noise = max(grid, key=lambda one: _evidence(squared, centred / np.sqrt(prior), *one))
-        factor = np.tril(linalg.cholesky(_kernel(squared, length, noise), lower=True))
-        dual = linalg.cho_solve((factor, True), centred)
+        # Row by row, as a file holds them: another order in memory rounds differently.
+        factor = np.ascontiguousarray(linalg.cholesky(_kernel(squared, length, noise), lower=True))
+        dual = np.ascontiguousarray(linalg.cho_solve((factor, True), centred))
         return cls(points, metric, dual, factor, mean, float(length), float(noise), prior)
 
     def locate(self, slow: FloatArray) -> Located:

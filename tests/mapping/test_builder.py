@@ -1,0 +1,307 @@
+"""From recordings to a map: accuracy, determinism, every choice of the configuration, faults."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from andante.data import CameraSpec, Pose2D, Status
+from andante.errors import ConfigError, LearningError, RecordingError
+from andante.mapping import BuildLog, MapConfig, build_map
+from andante.mapping import builder as builder_module
+from andante.mapping.builder import usable_frames
+from andante.recordings import MemoryRecording, parallel
+
+
+def bytes_of(slowmap, folder) -> bytes:
+    slowmap.save(folder / "map.andante")
+    return (folder / "map.andante").read_bytes()
+
+
+def copied(recording, **changes) -> MemoryRecording:
+    """The recording with some of its values replaced."""
+    infos = recording.infos
+    values = {
+        "reference": [info.reference for info in infos],
+        "odometry": [info.odometry for info in infos],
+        "place": [info.place for info in infos],
+        "name": recording.name,
+    }
+    pictures = changes.pop("images", [recording.load(info) for info in infos])
+    camera = changes.pop("camera", recording.camera)
+    return MemoryRecording(pictures, [info.timestamp_s for info in infos], camera, **(values | changes))
+
+
+def test_a_drive_in_another_light_is_localized(slowmap, garden, errors_m):
+    errors = errors_m(slowmap, garden.another_day())
+    assert np.median(errors) < 0.1
+    assert errors.max() < 0.5
+
+
+def test_fisheye_images_give_the_same(fisheye_map, garden, errors_m):
+    errors = errors_m(fisheye_map, garden.another_day(fisheye=True))
+    assert np.median(errors) < 0.12
+    assert errors.max() < 0.5
+
+
+def test_the_radius_holds_the_truth(slowmap, garden, errors_m):
+    day = garden.another_day()
+    radius = np.array([slowmap.localize(day.load(info)).radius_m for info in day.infos])
+    assert np.mean(errors_m(slowmap, day) <= radius) >= 0.85
+
+
+def test_the_same_input_gives_the_same_bytes(days, slowmap, tmp_path):
+    assert bytes_of(build_map(days), tmp_path) == bytes_of(slowmap, tmp_path)
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+def test_the_number_of_threads_is_invisible(days, slowmap, tmp_path, monkeypatch, workers):
+    monkeypatch.setattr(parallel, "default_workers", lambda: workers)
+    monkeypatch.setattr(builder_module, "default_workers", lambda: workers)
+    assert bytes_of(build_map(days), tmp_path) == bytes_of(slowmap, tmp_path)
+
+
+def test_the_size_of_stacks_is_invisible(days, slowmap, tmp_path, monkeypatch):
+    monkeypatch.setattr(builder_module, "_STACK", 1)
+    assert bytes_of(build_map(days), tmp_path) == bytes_of(slowmap, tmp_path)
+
+
+def test_the_configuration_is_resolved(slowmap):
+    config = slowmap.config
+    assert config.positions == "reference"
+    assert config.features.kind == "fourier"
+    assert config.learning.slow_features == slowmap.model.output_dim == 119  # 120 frames have no more
+    assert None not in (config.learning.place_radius_m, config.readout.consensus_m, config.calibration.block_m)
+
+
+def test_sources_say_where_the_map_came_from(slowmap, days):
+    assert [source.name for source in slowmap.sources] == ["monday", "tuesday"]
+    assert [source.content_hash for source in slowmap.sources] == [day.content_hash() for day in days]
+    assert {(source.frames, source.poses, source.folder) for source in slowmap.sources} == {(60, "reference", None)}
+    assert slowmap.sources[1].conditions == {"gain": 0.7}
+    assert slowmap.learnt_from(days[0].content_hash())
+    assert not slowmap.learnt_from("another")
+
+
+def test_two_sessions_are_tried_on_each_other_and_one_on_its_blocks(slowmap, days, small_config):
+    assert slowmap.calibration.kind == "sessions"
+    assert [fold.left_out for fold in slowmap.calibration.folds] == ["monday", "tuesday"]
+    assert max(fold.median for fold in slowmap.calibration.folds) < 0.3
+    alone = build_map(days[:1], small_config)
+    assert alone.calibration.kind == "blocks"
+    assert sum(fold.n for fold in alone.calibration.folds) == 60
+
+
+def test_nothing_but_the_compression_sees_held_out_frames(days, small_config, monkeypatch):
+    """With the compression out of the way, other pictures in the held-out session do not change the model of a fold."""
+    learnt = []
+    original = builder_module.learn_slow
+
+    def spy(x, edges, config):
+        learnt.append((x.copy(), original(x, edges, config)))
+        return learnt[-1][1]
+
+    monkeypatch.setattr(builder_module, "learn_slow", spy)
+    config = small_config.with_values(
+        {"learning": {"pca_components": 0, "ridge": 1e-3}, "features": {"n_frequencies": 8}}
+    )
+    shuffled = [days[1].load(info) for info in days[1].infos]
+    shuffled = shuffled[30:] + shuffled[:30]
+    build_map(days, config)
+    build_map([days[0], copied(days[1], images=shuffled)], config)
+    # Whole map, fold without monday, fold without tuesday; twice.
+    assert len(learnt) == 6
+    without_tuesday, again = learnt[2], learnt[5]
+    assert len(without_tuesday[0]) == 60
+    np.testing.assert_array_equal(without_tuesday[0], again[0])
+    np.testing.assert_array_equal(without_tuesday[1].model.weights, again[1].model.weights)
+    np.testing.assert_array_equal(without_tuesday[1].metric, again[1].metric)
+
+
+CHOICES = [
+    ({"learning": {"order": "restructured"}}, 0.3),
+    ({"learning": {"order": "temporal"}}, 0.3),
+    ({"learning": {"order": "temporal", "edge_ridge": 0.0, "ridge": 0.01}}, 0.4),
+    ({"readout": {"kind": "polynomial"}, "learning": {"slow_features": 8}}, 2.0),
+    ({"readout": {"kind": "gaussian-process"}}, 0.4),
+    ({"learning": {"expansion": "quadratic", "slow_features": 8}}, 1.5),
+    ({"learning": {"pca_components": 0, "ridge": 0.01}, "features": {"n_frequencies": 10}}, 0.3),
+    ({"features": {"orientations": 0}}, 0.3),
+    ({"features": {"normalise": False, "unit": False}}, 1.5),
+]
+
+
+@pytest.mark.parametrize(("values", "bound_m"), CHOICES)
+def test_every_choice_works_and_survives_the_file(days, garden, small_config, tmp_path, errors_m, values, bound_m):
+    built = build_map(days, small_config.with_values(values))
+    day = garden.another_day()
+    readings = dataclasses.replace(
+        built, calibration=dataclasses.replace(built.calibration, off_map_below=0.0, lost_below=0.0)
+    )
+    assert np.median(errors_m(readings, day)) < bound_m
+    built.save(tmp_path / "map.andante")
+    loaded = type(built).load(tmp_path / "map.andante")
+    for info in day.infos[::5]:
+        assert loaded.localize(day.load(info)).as_dict() == built.localize(day.load(info)).as_dict()
+
+
+def test_pixels_work_where_the_robot_keeps_its_heading(garden, small_config, errors_m):
+    def northward(n, y, gain):
+        poses = np.column_stack([np.linspace(-3, 3, n), np.full(n, y), np.zeros(n)])
+        return garden.drive(poses, name=f"gain {gain}", gain=gain)
+
+    config = small_config.with_values({"features": {"kind": "pixels"}})
+    built = build_map([northward(60, 0.0, 1.0), northward(60, 0.05, 0.8)], config)
+    assert built.front_end.feature_kind == "pixels"
+    assert not built.heading_invariant
+    assert np.median(errors_m(built, northward(31, 0.02, 0.9))) < 0.2
+
+
+def test_the_thesis_recipe_runs(days, garden):
+    built = build_map(days, MapConfig.thesis())
+    assert built.model.output_dim == 8
+    assert built.config.learning.order == "restructured"
+    estimate = built.localize(garden.panorama(garden.loop(60)[7]))
+    assert estimate.status.has_pose
+
+
+@pytest.mark.parametrize("positions", ["odometry", "auto"])
+def test_positions_from_odometry(days, garden, small_config, positions, errors_m):
+    drives = [copied(day, reference=None, odometry=[info.reference for info in day.infos]) for day in days]
+    built = build_map(drives, small_config.with_values({"positions": positions}))
+    assert built.config.positions == "odometry"
+    assert np.median(errors_m(built, garden.another_day())) < 0.3
+
+
+@pytest.mark.parametrize("positions", ["place", "auto"])
+def test_places_give_a_place_and_no_metres(days, small_config, positions):
+    drives = [copied(day, reference=None, place=list(range(60))) for day in days]
+    built = build_map(drives, small_config.with_values({"positions": positions}))
+    assert (built.unit, built.config.positions) == ("place", "place")
+    estimates = [built.localize(days[0].load(info)) for info in days[0].infos[5:55:7]]
+    assert [abs(estimate.place - place) <= 1 for estimate, place in zip(estimates, range(5, 55, 7), strict=True)]
+    for estimate in estimates:
+        assert (estimate.x_m, estimate.y_m, estimate.radius_m, estimate.covariance) == (None, None, None, None)
+
+
+def test_reference_poses_win_over_places_and_odometry(days, small_config):
+    both = [copied(day, odometry=[Pose2D(0.1 * i, 9.0) for i in range(60)], place=list(range(60))) for day in days]
+    assert build_map(both, small_config).config.positions == "reference"
+
+
+def test_frames_left_out_are_counted(garden, small_config):
+    poses = garden.loop(40)
+    drive = garden.drive(np.insert(poses, 20, np.repeat(poses[20:21], 5, axis=0), axis=0))
+    reference = [info.reference for info in drive.infos]
+    reference[3] = reference[30] = None
+    log = BuildLog()
+    built = build_map([copied(drive, reference=reference)], small_config, log=log)
+    assert (log.stationary, log.without_position) == (5, 2)
+    assert built.sources[0].frames == 45 - 5 - 2
+    assert set(log.seconds) == {"decode", "features", "learn", "readout"}
+
+
+def test_of_a_stand_the_first_frame_with_a_position_is_kept(garden):
+    drive = garden.drive(garden.loop(12))
+    still = [Pose2D(1.0, 1.0)] * 6 + [Pose2D(2.0 + i, 1.0) for i in range(6)]
+    reference = [None, None, None, *(info.reference for info in drive.infos[3:])]
+    indices, xy = usable_frames(copied(drive, odometry=still, reference=reference), "reference", MapConfig())
+    assert indices == list(range(3, 12))
+    np.testing.assert_array_equal(xy[0], [reference[3].x_m, reference[3].y_m])
+    indices, _ = usable_frames(copied(drive, odometry=still, reference=None), "odometry", MapConfig())
+    assert indices == [0, *range(6, 12)]
+
+
+def test_progress_is_told(days, small_config):
+    told = []
+    build_map(days, small_config, progress=lambda *step: told.append(step))
+    for name in ("monday", "tuesday"):
+        steps = [(done, total) for stage, done, total in told if stage == name]
+        assert steps == sorted(steps)
+        assert steps[-1] == (60, 60)
+    assert told[-2:] == [("learn", 0, 1), ("learn", 1, 1)]
+
+
+def test_references_are_thinned(days, small_config):
+    built = build_map(days, small_config.with_values({"readout": {"max_references": 30}}))
+    assert len(built.readout.references) <= 30
+
+
+def test_no_recording():
+    with pytest.raises(RecordingError, match="a map needs at least one recording, got none"):
+        build_map([])
+
+
+def test_the_same_content_twice_is_refused(days):
+    twin = copied(days[0], name="twin")
+    with pytest.raises(RecordingError, match="recordings 'monday' and 'twin' have the same content; leave one out"):
+        build_map([*days, twin])
+
+
+def test_no_positions(days):
+    blind = copied(days[1], reference=None)
+    with pytest.raises(RecordingError, match="recording 'tuesday' has neither reference poses, places nor odometry"):
+        build_map([days[0], blind])
+    with pytest.raises(RecordingError, match=r"'tuesday' has no reference positions \(x_m and y_m of frames\.csv are"):
+        build_map([days[0], blind], MapConfig(positions="reference"))
+    with pytest.raises(RecordingError, match=r"'monday' has no place positions \(place of frames\.csv are blank"):
+        build_map(days, MapConfig(positions="place"))
+
+
+@pytest.mark.parametrize("n", [2, 3, 9])
+def test_too_few_frames(garden, n):
+    with pytest.raises(LearningError, match=f"{n} usable frames are too few to learn from"):
+        build_map([garden.drive(garden.loop(n))])
+
+
+def test_one_frame_alone(garden):
+    with pytest.raises(LearningError, match="1 usable frames are too few to learn from; record a longer drive"):
+        build_map([garden.drive(garden.loop(1))])
+
+
+def test_fifteen_frames_are_fewer_than_components_and_still_a_map(garden, errors_m):
+    drive = garden.drive(garden.loop(120)[:15])
+    built = build_map([drive])
+    assert built.model.output_dim == 14
+    assert errors_m(built, drive).max() < 0.5
+
+
+def test_pictures_that_never_change_teach_nothing(garden, days):
+    frozen = copied(days[0], images=[days[0].load(days[0].infos[0])] * 60)
+    for components in (256, 0):
+        with pytest.raises(LearningError, match="all samples are the same|none of the .* signals varies") as caught:
+            build_map([frozen], MapConfig().with_values({"learning": {"pca_components": components}}))
+        assert "\n" not in str(caught.value)
+
+
+def test_a_camera_that_hangs_for_a_while_does_no_harm(days, garden, errors_m):
+    pictures = [days[0].load(info) for info in days[0].infos]
+    pictures[10:14] = [pictures[10]] * 4
+    built = build_map([copied(days[0], images=pictures), days[1]])
+    assert len(built.calibration.folds) == 2
+    assert np.median(errors_m(built, garden.another_day())) < 0.1
+
+
+def test_cameras_of_two_kinds_make_no_map(days, garden):
+    fisheye = garden.drive(garden.loop(30), fisheye=True, name="up")
+    with pytest.raises(ConfigError, match="this map was made from panorama images .* the new fisheye camera gives"):
+        build_map([days[0], fisheye])
+
+
+def test_a_panorama_that_goes_round_and_one_that_does_not_make_no_map(days):
+    half = dataclasses.replace(days[1].camera, horizontal_field_of_view_deg=200.0)
+    with pytest.raises(ConfigError, match="use a camera like the map's"):
+        build_map([days[0], copied(days[1], camera=half)])
+
+
+def test_two_fisheyes_with_different_circles_make_one_map(garden, errors_m):
+    days = garden.two_days(fisheye=True)
+    moved = CameraSpec(centre_px=(63.5, 57.5), radius_px=58.0)
+    pictures = [np.roll(days[1].load(info), (-2, 4), axis=(0, 1)) for info in days[1].infos]
+    built = build_map([days[0], copied(days[1], images=pictures, camera=moved)])
+    assert np.median(errors_m(built, garden.another_day(fisheye=True))) < 0.12
+
+
+def test_all_estimates_of_the_mapped_drives_are_ok(slowmap, days):
+    for day in days:
+        assert {slowmap.localize(day.load(info)).status for info in day.infos} == {Status.OK}
