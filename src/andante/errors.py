@@ -69,4 +69,8 @@ class MissingExtraError(AndanteError):
     """An optional dependency is not installed; the message names the install command."""
 
     def __init__(self, package: str, extra: str) -> None:
-        super().__init__(f"{package} is not installed; install it with: pip install 'andante[{extra}]'")
+        super().__init__(package, extra)  # what pickle hands over when it comes out of another process
+
+    def __str__(self) -> str:
+        package, extra = self.args
+        return f"{package} is not installed; install it with: pip install 'andante[{extra}]'"

@@ -8,7 +8,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from andante.cli import demo, doctor, evaluate, info, localize
+from andante.cli import demo, doctor, evaluate, info, localize, simulate
 from andante.cli import map as map_
 from andante.cli.output import complain, examples
 from andante.errors import AndanteError
@@ -59,6 +59,7 @@ app = typer.Typer(
 app.command("map", epilog=map_.EPILOG)(map_.command)
 app.command("localize", epilog=localize.EPILOG)(localize.command)
 app.command("evaluate", epilog=evaluate.EPILOG)(evaluate.command)
+app.command("simulate", epilog=simulate.EPILOG)(simulate.command)
 app.command("info", epilog=info.EPILOG)(info.command)
 app.command("doctor", epilog=doctor.EPILOG)(doctor.command)
 app.command("demo", epilog=demo.EPILOG)(demo.command)
