@@ -13,7 +13,7 @@ from andante.simulator.mesh import FloatArray32, f32
 from andante.simulator.noise import lookup, tileable_noise
 from andante.simulator.seasons import SEASONS
 
-_DOME_SHAPE = (257, 1024)  # elevation 0..90 degrees by azimuth -180..180 degrees
+_DOME_SHAPE = (181, 720)  # elevation 0..90 degrees by azimuth -180..180 degrees
 _ZENITH, _HORIZON = f32([0.11, 0.235, 0.56]), f32([0.46, 0.60, 0.80])
 _WHITE, _GREY = f32([0.86, 0.87, 0.89]), f32([0.50, 0.52, 0.56])
 
