@@ -7,8 +7,9 @@ The representation is not the readout: slow features say *which place*, referenc
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
 from itertools import combinations_with_replacement
 from math import comb
 from typing import Any, Protocol
@@ -25,6 +26,7 @@ from andante.sfa.arrays import require_names
 
 _GAUSSIAN_PROCESS_POINTS = 600
 _MEDIAN_SAMPLE = 400
+_BLOCK_ROWS = 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +48,13 @@ class Located:
     candidates: FloatArray
     weights: FloatArray
     spread: FloatArray
+
+    @classmethod
+    def joined(cls, parts: Sequence[Located]) -> Located:
+        """One after the other."""
+        if len(parts) == 1:
+            return parts[0]
+        return cls(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)))
 
     @property
     def sigma(self) -> FloatArray:
@@ -117,8 +126,10 @@ class LocalReadout:
 
     def locate(self, slow: FloatArray) -> Located:
         """(n, k) -> n positions."""
-        queries = np.asarray(slow * self.metric, dtype=np.float32)
-        squared = _squared_distances(queries, self.references)
+        return Located.joined([self._locate(slow[rows]) for rows in _blocks(len(slow))])
+
+    def _locate(self, slow: FloatArray) -> Located:
+        squared = self._squared_distances(slow)
         nearest = _smallest(squared, self.neighbours)
         d2 = np.take_along_axis(squared, nearest, axis=1).astype(np.float64)
         # How clearly each neighbour loses against the nearest one.
@@ -142,10 +153,23 @@ class LocalReadout:
 
     def strangers(self, slow: FloatArray, xy: FloatArray, apart: float) -> FloatArray:
         """The likeness of the best reference that lies elsewhere."""
-        squared = _squared_distances(np.asarray(slow * self.metric, dtype=np.float32), self.references)
-        elsewhere = np.where(cdist(xy, self.xy) > apart, squared, np.inf).min(axis=1)
-        likeness: FloatArray = self._likeness(squared, elsewhere)[np.isfinite(elsewhere)]
-        return likeness
+        parts = []
+        for rows in _blocks(len(slow)):
+            squared = self._squared_distances(slow[rows])
+            elsewhere = np.where(cdist(xy[rows], self.xy) > apart, squared, np.inf).min(axis=1)
+            parts.append(self._likeness(squared, elsewhere)[np.isfinite(elsewhere)])
+        return np.concatenate(parts)
+
+    @cached_property
+    def _reference_norms(self) -> NDArray[np.float32]:
+        return np.asarray((self.references**2).sum(axis=1), dtype=np.float32)
+
+    def _squared_distances(self, slow: FloatArray) -> NDArray[np.float32]:
+        """(n, r) by one product; the largest rounding error is far below the distance between two images."""
+        queries = np.asarray(slow * self.metric, dtype=np.float32)
+        squared = self._reference_norms - 2 * (queries @ self.references.T)
+        squared += (queries**2).sum(axis=1)[:, None]
+        return np.maximum(squared, 0, out=squared)
 
     def _likeness(self, squared: NDArray[np.float32], best: NDArray[np.floating[Any]]) -> FloatArray:
         # Light and season move an image away from all references alike, and a foreign image is far from all.
@@ -310,10 +334,9 @@ def _without_rivals(xy: FloatArray, covariance: FloatArray, likeness: FloatArray
     return Located(xy, covariance, likeness, np.ones(n), *nothing, spread=np.full(n, np.inf))
 
 
-def _squared_distances(queries: NDArray[np.float32], references: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(n, r) by one product; the largest rounding error is far below the distance between two images."""
-    squared = (queries**2).sum(axis=1)[:, None] + (references**2).sum(axis=1) - 2 * (queries @ references.T)
-    return np.asarray(np.maximum(squared, 0), dtype=np.float32)
+def _blocks(n: int) -> list[slice]:
+    """Rows to work on at a time, so that the distances to all references stay small in memory."""
+    return [slice(start, start + _BLOCK_ROWS) for start in range(0, max(n, 1), _BLOCK_ROWS)]
 
 
 def _smallest(values: NDArray[np.float32], count: int) -> NDArray[np.intp]:

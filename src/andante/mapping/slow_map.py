@@ -18,6 +18,7 @@ from andante.mapping.config import MapConfig
 from andante.mapping.frontend import FrontEnd, camera_of
 from andante.mapping.readout import Located, Readout
 from andante.protocols import Recording
+from andante.sfa import one_thread
 
 Unit = Literal["m", "place"]
 
@@ -104,7 +105,8 @@ class SlowMap:
 
     def estimate(self, features: NDArray[np.float32]) -> Estimate:
         """The same from a feature vector (d,)."""
-        located = self.readout.locate(self.model.transform(features[None]))
+        with one_thread():
+            located = self.readout.locate(self.model.transform(features[None]))
         status, reason = self._judge(located, float(self.model.spread(features[None])[0] / located.spread[0]))
         hypotheses = self._hypotheses(located)
         if not status.has_pose:

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from andante.data import IndexArray
 
-_IN_MEMORY_BYTES = 48 * 2**20
+_IN_MEMORY_BYTES = 16 * 2**20
 _CHUNK_ROWS = 512
 
 
 class FeatureStore:
-    """Rows of float32 features in the order they came; at most 48 MB of them stay in memory.
+    """Rows of float32 features in the order they came; at most 16 MB of them stay in memory.
 
     A map of 1,000 frames never touches the disk, one of 10,000 uses a temporary file that vanishes with the
     store. Use it as a context manager.
