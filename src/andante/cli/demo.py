@@ -1,59 +1,129 @@
-"""``andante demo``: the whole story on the example garden."""
+"""``andante demo``: the whole story on a garden of its own."""
 
 from __future__ import annotations
 
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from andante.cli.figures import print_figures
-from andante.cli.options import AsJson
+from andante.cli.options import AsJson, check_folder
 from andante.cli.output import examples, print_facts, print_json, progress_bars
-from andante.errors import RecordingError
 
-EPILOG = examples("andante demo", "andante demo output/demo --data ../shared/data")
+if TYPE_CHECKING:
+    from andante.evaluation import Evaluation
+    from andante.simulator import Plan
+    from andante.simulator.conditions import Season
 
-_TRAINING = ("border_summer", "border_autumn")
-_TEST = "border_winter"
+EPILOG = examples("andante demo", "andante demo output/demo --open")
+
+_MAPPED: tuple[Season, ...] = ("summer", "autumn")
+_TEST: Season = "winter"
+_GRID = "grid"
+_EVERYWHERE = {"learning": {"slow_features": 8}}
 
 
 def command(
     folder: Annotated[
         Path,
         typer.Argument(
-            metavar="DIR", show_default=False, help="Where the map and the report go. Default: output/demo."
+            metavar="DIR", show_default=False, help="Where recordings, map and report go. Default: output/demo."
         ),
     ] = Path("output/demo"),
-    data: Annotated[
-        Path,
-        typer.Option(
-            envvar="ANDANTE_DATA",
-            show_default=False,
-            help="The folder with garden_a. Default: $ANDANTE_DATA or ../shared/data.",
-        ),
-    ] = Path("../shared/data"),
+    *,
+    frames: Annotated[int, typer.Option(min=10, help="Images a season. Default: 150.", show_default=False)] = 150,
+    image_px: Annotated[
+        int, typer.Option("--image-px", min=48, max=1024, help="Side of the images. Default: 320.", show_default=False)
+    ] = 320,
+    show: Annotated[bool, typer.Option("--open", help="Open the report in a browser. Default: off.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Map a garden in summer and autumn, find the way in winter, and write a report."""
-    from andante.evaluation import evaluate, write_report
-    from andante.mapping import BuildLog, build_map
-    from andante.recordings import open_recording
-
-    garden = data / "garden_a"
-    for name in (*_TRAINING, _TEST):
-        if not (garden / name).is_dir():
-            raise RecordingError(f"the demo needs {garden / name}, which is missing; say where it is with --data")
-    folder.mkdir(parents=True, exist_ok=True)
-    log = BuildLog()
-    with progress_bars() as progress:
-        slowmap = build_map([open_recording(garden / name) for name in _TRAINING], progress=progress, log=log)
-        slowmap.save(folder / "garden.andante")
-        evaluation = evaluate(slowmap, open_recording(garden / _TEST), baselines=True, progress=progress)
-    page = write_report(evaluation, folder, slowmap)
+    """Render a garden, map it in summer and autumn, find the way in winter, and write a report."""
+    check_folder(folder, "DIR")
+    told = _tell(_plan(frames, image_px), folder)
     if as_json:
-        print_json({**evaluation.as_dict(), "seconds": log.seconds, "report": str(page)})
-        return
-    print_figures(evaluation.as_dict())
-    print_facts("Seconds to map", log.seconds)
-    typer.echo(f"report: {page}")
+        print_json({**told.evaluation.as_dict(), "seconds": told.seconds, "report": str(told.page)})
+    else:
+        print_figures(told.evaluation.as_dict())
+        print_facts("Seconds", told.seconds)
+        typer.echo(f"report: {told.page}")
+    if show:
+        import webbrowser
+
+        webbrowser.open(told.page.resolve().as_uri())
+
+
+@dataclass
+class _Told:
+    """What the demo came to, and the seconds of its stages."""
+
+    evaluation: Evaluation
+    page: Path
+    seconds: dict[str, float]
+
+
+@dataclass
+class _Clock:
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        start = time.perf_counter()
+        yield
+        self.seconds[name] = time.perf_counter() - start
+
+
+def _plan(frames: int, image_px: int) -> Plan:
+    """Three drives around a small garden, things left lying about in two, and a grid of places."""
+    from andante.cli.plans import plan_of
+    from andante.simulator import GardenSpec, GridRun, Plan
+
+    plan = plan_of(GardenSpec(seed=3), (*_MAPPED, _TEST), "border", frames, image_px)
+    summer, autumn, winter = plan.sessions
+    return Plan(
+        garden=plan.garden,
+        camera=plan.camera,
+        sessions=(
+            summer,
+            autumn.model_copy(update={"objects": ("car", "bicycle", "umbrella")}),
+            winter.model_copy(update={"objects": ("cow", "person", "suitcase")}),
+            summer.model_copy(update={"name": _GRID, "drive": GridRun(spacing_m=0.8)}),
+        ),
+    )
+
+
+def _tell(plan: Plan, folder: Path) -> _Told:
+    """Render, map, localize, look at what was learnt, write."""
+    from andante.evaluation import Section, evaluate, slow_feature_maps, write_report
+    from andante.evaluation.story import sections_of
+    from andante.mapping import MapConfig, build_map
+    from andante.simulator import render_plan
+
+    clock = _Clock()
+    with progress_bars() as progress:
+        with clock.stage("render"):
+            # Another plan gets another folder, so that what an older version rendered is never in the way.
+            rendered = folder / f"recordings-{plan.fingerprint(_TEST)[:8]}"
+            recordings = render_plan(plan, rendered, workers=os.cpu_count() or 1, progress=progress)
+            drives = {recording.name: recording for recording in recordings}
+        with clock.stage("map"):
+            slowmap = build_map([drives[name] for name in _MAPPED], progress=progress)
+            slowmap.save(folder / "garden.andante")
+        with clock.stage("localize"):
+            evaluation = evaluate(slowmap, drives[_TEST], baselines=True, progress=progress)
+        with clock.stage("slow features"):
+            # As in thesis figure 9.1 a: learnt from, and shown for, pictures from all over the garden.
+            everywhere = build_map([drives[_GRID]], MapConfig().with_values(_EVERYWHERE), progress=progress)
+            maps = slow_feature_maps(everywhere, drives[_GRID], progress=progress)
+        with clock.stage("report"):
+            spent = tuple((stage, f"{seconds:.1f}") for stage, seconds in clock.seconds.items())
+            sections = sections_of(plan, (*_MAPPED, _TEST), evaluation, slowmap, maps)
+            sections.append(Section("Seconds", rows=spent))
+            page = write_report(evaluation, folder, slowmap, sections)
+    return _Told(evaluation, page, {**clock.seconds, "total": sum(clock.seconds.values())})

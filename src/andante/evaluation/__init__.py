@@ -14,3 +14,10 @@ from andante.evaluation.running import LocalizedFrame as LocalizedFrame
 from andante.evaluation.running import Run as Run
 from andante.evaluation.running import Skipped as Skipped
 from andante.evaluation.running import run_localizer as run_localizer
+from andante.evaluation.sections import Picture as Picture
+from andante.evaluation.sections import Section as Section
+from andante.evaluation.spatial import SpatialMaps as SpatialMaps
+from andante.evaluation.spatial import axis_correlations as axis_correlations
+from andante.evaluation.spatial import slow_feature_maps as slow_feature_maps
+from andante.evaluation.spatial import sparse_code as sparse_code
+from andante.evaluation.spatial import spatial_maps as spatial_maps

@@ -29,20 +29,20 @@ LINE_COLOURS = ("#2f7fd6", "#d08a1d", "#2f9e78", "#8d6cc9", "#8a8f98")
 """The map first, then its baselines."""
 
 # Grey that has a contrast of about 4.5 on white and on near-black alike.
-_INK = "#7c828c"
-_ERRORS = LinearSegmentedColormap.from_list("errors", ["#2f7fd6", "#2f9e78", "#d9a21b", "#d4475a"])
-_STYLE: dict[Any, Any] = {
+INK = "#7c828c"
+ERROR_COLOURS = LinearSegmentedColormap.from_list("errors", ["#2f7fd6", "#2f9e78", "#d9a21b", "#d4475a"])
+STYLE: dict[Any, Any] = {
     "svg.hashsalt": "andante",  # the same evaluation gives the same page
     "font.size": 9.0,
-    "text.color": _INK,
-    "axes.labelcolor": _INK,
-    "axes.edgecolor": _INK,
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": INK,
     "axes.linewidth": 0.6,
     "axes.spines.top": False,
     "axes.spines.right": False,
-    "xtick.color": _INK,
-    "ytick.color": _INK,
-    "grid.color": _INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "grid.color": INK,
     "grid.alpha": 0.25,
     "grid.linewidth": 0.5,
     "legend.frameon": False,
@@ -51,7 +51,7 @@ _STYLE: dict[Any, Any] = {
 _LEAST = {"m": 0.01, "place": 0.5}
 _FAILURE = {"m": 1.0, "place": 10.0}
 _UNIT = {"m": "m", "place": "places"}
-_PLAIN = "{x:g}"
+PLAIN = "{x:g}"
 
 
 def trajectory(evaluation: Evaluation, references: FloatArray) -> str:
@@ -60,7 +60,7 @@ def trajectory(evaluation: Evaluation, references: FloatArray) -> str:
     Large errors are tied to the truth, frames that the map called lost are crossed out. In a map of places the
     estimated place is drawn over the true one.
     """
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure, axes = _figure(4.8)
         truth, guess = _positions(evaluation)
         if evaluation.unit == "place":
@@ -68,30 +68,30 @@ def trajectory(evaluation: Evaluation, references: FloatArray) -> str:
             axes.set(xlabel="true place", ylabel="estimated place")
         else:
             axes.set(xlabel="x in m", ylabel="y in m", aspect="equal")
-            axes.plot(*references.T, ".", ms=2.5, color=_INK, alpha=0.35, label="mapped", rasterized=True)
-        axes.plot(*_gaps(truth, evaluation).T, "-", color=_INK, lw=0.9, label="truth")
+            axes.plot(*references.T, ".", ms=2.5, color=INK, alpha=0.35, label="mapped", rasterized=True)
+        axes.plot(*_gaps(truth, evaluation).T, "-", color=INK, lw=0.9, label="truth")
         errors, known = evaluation.map.errors, np.isfinite(evaluation.map.errors)
         large = known & (errors > _FAILURE[evaluation.unit])
         if evaluation.unit == "m":
             ties = np.stack([truth[large], guess[large]], axis=1)
-            axes.add_collection(LineCollection(list(ties), lw=0.6, color=_INK, alpha=0.7))
+            axes.add_collection(LineCollection(list(ties), lw=0.6, color=INK, alpha=0.7))
         norm = LogNorm(5 * _LEAST[evaluation.unit], max(5 * _FAILURE[evaluation.unit], float(errors[known].max())))
         drawn = np.maximum(errors[known], norm.vmin or 0)
         x, y = guess[known].T
-        shown = axes.scatter(x, y, s=9, c=drawn, cmap=_ERRORS, norm=norm, rasterized=True)
+        shown = axes.scatter(x, y, s=9, c=drawn, cmap=ERROR_COLOURS, norm=norm, rasterized=True)
         lost = ~_has_pose(evaluation) & np.isfinite(truth).all(axis=1)
         if lost.any():
             crossed = np.where(known[:, None], guess, truth)[lost]
             axes.plot(*crossed.T, "x", ms=5, mew=0.9, color=STATUS_COLOURS[Status.LOST], label="lost or off the map")
         title = f"error in {_UNIT[evaluation.unit]}"
-        figure.colorbar(shown, ax=axes, label=title, shrink=0.8, pad=0.02, format=_PLAIN)
+        figure.colorbar(shown, ax=axes, label=title, shrink=0.8, pad=0.02, format=PLAIN)
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=3)
-        return _svg(figure)
+        return svg(figure)
 
 
 def over_time(evaluation: Evaluation) -> str:
     """The error of every frame, coloured by status."""
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure, axes = _figure(2.7)
         times = np.array([frame.info.timestamp_s for frame in evaluation.run.frames])
         errors = np.maximum(evaluation.map.errors, _LEAST[evaluation.unit])
@@ -107,12 +107,12 @@ def over_time(evaluation: Evaluation) -> str:
         _logarithmic(axes, y=True)
         axes.grid(axis="y")
         axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, borderaxespad=0)
-        return _svg(figure)
+        return svg(figure)
 
 
 def distribution(evaluation: Evaluation) -> str:
     """The share of frames with at most some error, for the map and all baselines."""
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure, axes = _figure(3.0)
         scored: Sequence[Scored] = (evaluation.map, *evaluation.others)
         for index, (one, colour) in enumerate(zip(scored, LINE_COLOURS, strict=False)):
@@ -125,7 +125,7 @@ def distribution(evaluation: Evaluation) -> str:
         axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
         axes.grid()
         axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, borderaxespad=0)
-        return _svg(figure)
+        return svg(figure)
 
 
 def calibration(evaluation: Evaluation) -> str | None:
@@ -135,7 +135,7 @@ def calibration(evaluation: Evaluation) -> str | None:
     chosen = np.isfinite(radii) & np.isfinite(errors)
     if not chosen.any():
         return None
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure, axes = _figure(3.3)
         radii, errors = radii[chosen], errors[chosen]
         limits = np.array([_LEAST["m"], 1.3 * max(radii.max(), errors.max())])
@@ -151,7 +151,7 @@ def calibration(evaluation: Evaluation) -> str | None:
         axes.set(xlim=(0.8 * radii.min(), limits[1]), ylim=limits)
         axes.grid()
         axes.legend(loc="upper left")
-        return _svg(figure)
+        return svg(figure)
 
 
 def _figure(height: float) -> tuple[Figure, Axes]:
@@ -165,11 +165,12 @@ def _logarithmic(axes: Axes, *, x: bool = False, y: bool = False) -> None:
     axes.set(xscale="log" if x else "linear", yscale="log" if y else "linear")
     for axis in [axes.xaxis] * x + [axes.yaxis] * y:
         axis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
-        axis.set_major_formatter(_PLAIN)
+        axis.set_major_formatter(PLAIN)
         axis.set_minor_formatter(NullFormatter())
 
 
-def _svg(figure: Figure) -> str:
+def svg(figure: Figure) -> str:
+    """A figure as the text of an SVG, the same for the same figure."""
     text = io.StringIO()
     figure.savefig(text, format="svg", transparent=True, dpi=200, metadata={"Date": None})
     return text.getvalue()

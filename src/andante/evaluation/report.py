@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import base64
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
@@ -18,6 +17,7 @@ from andante.errors import ImageError, InputError
 from andante.evaluation.comparison import Evaluation
 from andante.evaluation.figures import Figures
 from andante.evaluation.files import write_text
+from andante.evaluation.sections import Section, data_url
 from andante.mapping import SlowMap
 from andante.mapping.readout import LocalReadout
 from andante.protocols import Recording
@@ -57,22 +57,24 @@ _TILES = (
 )
 
 
-def write_report(evaluation: Evaluation, folder: str | Path, slowmap: SlowMap) -> Path:
+def write_report(
+    evaluation: Evaluation, folder: str | Path, slowmap: SlowMap, sections: Sequence[Section] = ()
+) -> Path:
     """Write ``report.html`` to a folder, which is made where it does not exist; gives the path of the page.
 
-    The page needs nothing but itself: plots and pictures are inside, there are no scripts. Raises ``InputError``
-    where it cannot be written.
+    ``sections`` stand before the figures. The page needs nothing but itself: plots and pictures are inside, there are
+    no scripts. Raises ``InputError`` where it cannot be written.
     """
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"report folder {folder} cannot be made: {error.strerror}; choose another place") from None
-    write_text(folder / PAGE, render(evaluation, slowmap))
+    write_text(folder / PAGE, render(evaluation, slowmap, sections))
     return folder / PAGE
 
 
-def render(evaluation: Evaluation, slowmap: SlowMap) -> str:
+def render(evaluation: Evaluation, slowmap: SlowMap, sections: Sequence[Section] = ()) -> str:
     """The page as text."""
     # Both cost more time to import than most commands take.
     from jinja2 import Environment, StrictUndefined
@@ -82,6 +84,7 @@ def render(evaluation: Evaluation, slowmap: SlowMap) -> str:
     return template.render(
         map_name=slowmap.name,
         evaluation=evaluation,
+        sections=sections,
         figures=evaluation.figures,
         tiles=_tiles(evaluation.figures),
         table=_table(evaluation),
@@ -139,15 +142,15 @@ def _plots(evaluation: Evaluation, slowmap: SlowMap) -> list[dict[str, str]]:
 
     metric, covered = evaluation.unit == "m", evaluation.figures.coverage_90
     drawn = [
-        ("Where" if metric else "Which place", plots.trajectory(evaluation, _references(slowmap))),
+        ("Where" if metric else "Which place", plots.trajectory(evaluation, mapped_places(slowmap))),
         ("Error over time", plots.over_time(evaluation)),
         ("How often how wrong", plots.distribution(evaluation)),
         (f"Predicted radius: {_share(covered)} of the answers lie within it", plots.calibration(evaluation)),
     ]
-    return [{"title": title, "image": _data_url("image/svg+xml", svg.encode())} for title, svg in drawn if svg]
+    return [{"title": title, "image": data_url("image/svg+xml", svg.encode())} for title, svg in drawn if svg]
 
 
-def _references(slowmap: SlowMap) -> FloatArray:
+def mapped_places(slowmap: SlowMap) -> FloatArray:
     """Positions (r, 2) that the map keeps; none where its readout is a formula."""
     return slowmap.readout.xy if isinstance(slowmap.readout, LocalReadout) else np.empty((0, 2))
 
@@ -177,12 +180,8 @@ def _thumbnail(slowmap: SlowMap, recording: Recording, info: FrameInfo) -> str |
     except ImageError:
         return None
     _, data = cv2.imencode(".jpg", panorama, [cv2.IMWRITE_JPEG_QUALITY, 80])
-    return _data_url("image/jpeg", data.tobytes())
+    return data_url("image/jpeg", data.tobytes())
 
 
 def _conditions(recording: Recording) -> list[tuple[str, str]]:
     return [(key, str(value)) for key, value in recording.conditions.items()]
-
-
-def _data_url(kind: str, data: bytes) -> str:
-    return f"data:{kind};base64,{base64.b64encode(data).decode()}"
