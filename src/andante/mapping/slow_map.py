@@ -22,14 +22,6 @@ from andante.sfa import one_thread
 
 Unit = Literal["m", "place"]
 
-MAX_STRANGENESS = 1.18
-"""How much further from the average an image may lie than the mapped ones that it resembles most.
-
-Slow features see only what varies along the mapped drives: noise, or another garden, can fall near some reference in
-their space. Measured on rendered gardens: 1 % of the images of an unseen season lie above, 97 % of noise and all of
-another garden.
-"""
-
 
 @dataclass(frozen=True)
 class Source:
@@ -157,12 +149,10 @@ class SlowMap:
         return any(source.content_hash == content_hash for source in self.sources)
 
     def _judge(self, located: Located, strangeness: float) -> tuple[Status, str]:
-        if strangeness > MAX_STRANGENESS:
-            return Status.OFF_MAP, (
-                f"nothing in the map looks like this: {strangeness:.2f} times as far from the average image as mapped "
-                f"ones of the same kind, at most {MAX_STRANGENESS} is believed"
-            )
-        likeness, agreement = float(located.likeness[0]), float(located.agreement[0])
+        # Slow features see only what varies along the mapped drives, and what is foreign can fall near some reference
+        # in their space. Likeness is a share of squared distance there; here it becomes one of the whole.
+        likeness = float(located.likeness[0]) / max(1.0, strangeness) ** 2
+        agreement = float(located.agreement[0])
         bounds = self.calibration
         if likeness < bounds.off_map_below:
             return Status.OFF_MAP, (
