@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from andante.camera import rays
-from andante.data import CameraSpec, Frame, FrameInfo, ImageArray, Pose2D
+from andante.data import CameraSpec, Frame, ImageArray, Pose2D
 from andante.mapping import MapConfig, SlowMap, build_map
 from andante.recordings import FolderRecording, MemoryRecording, write_recording
 
@@ -140,18 +140,6 @@ def on_disk(tmp_path: Path) -> Callable[[MemoryRecording], FolderRecording]:
         return write_recording(target, frames, name=recording.name, camera=recording.camera, image_format="png")
 
     return write
-
-
-@pytest.fixture(scope="session")
-def infos_of() -> Callable[..., list[FrameInfo]]:
-    """``infos_of(poses)`` -> frames without pictures."""
-
-    def make(poses: Sequence[Pose2D | None], **other: Sequence[Pose2D | None]) -> list[FrameInfo]:
-        extra = [dict(zip(other, values, strict=True)) for values in zip(*other.values(), strict=True)]
-        extra = extra or [{} for _ in poses]
-        return [FrameInfo(i, f"{i}.png", 0.1 * i, reference=pose, **extra[i]) for i, pose in enumerate(poses)]
-
-    return make
 
 
 @pytest.fixture(scope="session")

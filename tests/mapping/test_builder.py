@@ -269,7 +269,7 @@ def test_fifteen_frames_are_fewer_than_components_and_still_a_map(garden, errors
 def test_pictures_that_never_change_teach_nothing(garden, days):
     frozen = copied(days[0], images=[days[0].load(days[0].infos[0])] * 60)
     for components in (256, 0):
-        with pytest.raises(LearningError, match="all samples are the same|none of the .* signals varies") as caught:
+        with pytest.raises(LearningError, match=r"all samples are the same|none of the .* signals varies") as caught:
             build_map([frozen], MapConfig().with_values({"learning": {"pca_components": components}}))
         assert "\n" not in str(caught.value)
 
@@ -284,7 +284,7 @@ def test_a_camera_that_hangs_for_a_while_does_no_harm(days, garden, errors_m):
 
 def test_cameras_of_two_kinds_make_no_map(days, garden):
     fisheye = garden.drive(garden.loop(30), fisheye=True, name="up")
-    with pytest.raises(ConfigError, match="this map was made from panorama images .* the new fisheye camera gives"):
+    with pytest.raises(ConfigError, match=r"this map was made from panorama images .* the new fisheye camera gives"):
         build_map([days[0], fisheye])
 
 

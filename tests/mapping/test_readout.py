@@ -112,7 +112,7 @@ def test_local_is_a_vote_of_the_nearest_references(local, path):
 
 def test_two_places_that_look_alike_give_low_agreement_and_a_large_sigma(path):
     slow, xy = path
-    twice = np.concatenate([slow, slow + 1e-3]), np.concatenate([xy, xy + [100, 0]])
+    twice = np.concatenate([slow, slow + 1e-3]), np.concatenate([xy, xy + np.array([100, 0])])
     readout = LocalReadout.fit(*twice, np.ones(6), CONFIG, CONSENSUS_M)
     clear, unclear = LocalReadout.fit(slow, xy, np.ones(6), CONFIG, CONSENSUS_M), readout
     query = slow[30:90:5] + 0.05
@@ -220,11 +220,9 @@ def test_a_gaussian_process_is_the_textbook_formula(process, path):
     np.testing.assert_allclose(located.covariance[0], variance * np.eye(2), rtol=1e-4)
 
 
-@pytest.mark.parametrize("fit", ["local", "process"])
-def test_images_that_all_look_the_same_are_refused(fit, path):
+def test_images_that_all_look_the_same_are_refused(path):
     alike = np.ones_like(path[0])
-    with pytest.raises(LearningError, match="look the same|look different"):
-        if fit == "local":
-            LocalReadout.fit(alike, path[1], np.ones(6), CONFIG, CONSENSUS_M)
-        else:
-            GaussianProcessReadout.fit(alike, path[1], np.ones(6))
+    with pytest.raises(LearningError, match="all references look the same in slow-feature space"):
+        LocalReadout.fit(alike, path[1], np.ones(6), CONFIG, CONSENSUS_M)
+    with pytest.raises(LearningError, match="needs frames at different places that look different"):
+        GaussianProcessReadout.fit(alike, path[1], np.ones(6))
