@@ -165,12 +165,18 @@ def test_the_thesis_recipe_runs(days, garden):
     assert estimate.status.has_pose
 
 
-@pytest.mark.parametrize("positions", ["odometry", "auto"])
-def test_positions_from_odometry(days, garden, small_config, positions, errors_m):
-    drives = [copied(day, reference=None, odometry=[info.reference for info in day.infos]) for day in days]
-    built = build_map(drives, small_config.with_values({"positions": positions}))
+@pytest.mark.parametrize(("positions", "drives"), [("odometry", 2), ("auto", 1)])
+def test_positions_from_odometry(days, garden, small_config, positions, drives, errors_m):
+    days = [copied(day, reference=None, odometry=[info.reference for info in day.infos]) for day in days[:drives]]
+    built = build_map(days, small_config.with_values({"positions": positions}))
     assert built.config.positions == "odometry"
     assert np.median(errors_m(built, garden.another_day())) < 0.3
+
+
+def test_odometry_of_several_drives_has_to_be_asked_for(days):
+    drives = [copied(day, reference=None, odometry=[info.reference for info in day.infos]) for day in days]
+    with pytest.raises(RecordingError, match=r"'monday' has neither .* --positions odometry is enough"):
+        build_map(drives)
 
 
 @pytest.mark.parametrize("positions", ["place", "auto"])
@@ -240,7 +246,7 @@ def test_the_same_content_twice_is_refused(days):
 
 def test_no_positions(days):
     blind = copied(days[1], reference=None)
-    with pytest.raises(RecordingError, match="recording 'tuesday' has neither reference poses, places nor odometry"):
+    with pytest.raises(RecordingError, match="recording 'tuesday' has neither reference poses nor places in common"):
         build_map([days[0], blind])
     with pytest.raises(RecordingError, match=r"'tuesday' has no reference positions \(x_m and y_m of frames\.csv are"):
         build_map([days[0], blind], MapConfig(positions="reference"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -123,17 +124,26 @@ def _distinct_hashes(recordings: Sequence[Recording]) -> list[str]:
 
 
 def _positions_of(recordings: Sequence[Recording], wanted: Positions) -> Positions:
-    """Resolve ``auto``: reference poses where all recordings have some, else place numbers, else odometry."""
+    """Resolve ``auto``: reference poses where all recordings have some, else place numbers.
+
+    Odometry begins anew with every drive, so it is only chosen for a single recording.
+    """
     if wanted != "auto":
         return wanted
-    kinds: tuple[Positions, ...] = ("reference", "place", "odometry")
-    for kind in kinds:
+    shared: tuple[Positions, ...] = ("reference", "place")
+    for kind in shared if len(recordings) > 1 else (*shared, "odometry"):
         if all(np.isfinite(_xy(recording.infos, kind)).all(axis=1).any() for recording in recordings):
             return kind
+    if len(recordings) == 1:
+        raise RecordingError(
+            f"recording {recordings[0].name!r} has neither reference poses, places nor odometry; a map needs x_m and "
+            "y_m, place, or odom_x_m and odom_y_m in frames.csv"
+        )
     lacking = [r.name for r in recordings if not np.isfinite(_xy(r.infos, "reference")).any()]
     raise RecordingError(
-        f"recording {lacking[0]!r} has neither reference poses, places nor odometry in common with the others; "
-        "a map needs x_m and y_m, place, or odom_x_m and odom_y_m in frames.csv"
+        f"recording {lacking[0]!r} has neither reference poses nor places in common with the others; a map of several "
+        "drives needs x_m and y_m, or place, in frames.csv. If all drives began at one pose, --positions odometry is "
+        "enough"
     )
 
 
@@ -189,7 +199,9 @@ def _encode(
         return front_end.grey_panorama(frame.image)
 
     def on_skip(info: FrameInfo, reason: str) -> None:
-        # Only some reasons name the picture.
+        # Where a recording lies is nobody's business in a map; only some reasons name the picture.
+        if isinstance(recording, StoredRecording):
+            reason = reason.replace(f"{recording.folder}{os.sep}", "")
         skipped[info.index] = reason if info.image in reason else f"{info.image}: {reason}"
 
     total, before = len(session.indices), store.rows
