@@ -61,8 +61,9 @@ def place_table(data: Path) -> None:
         found = evaluate(build_map([train], config), test, baselines=what.startswith("andante"))
         for name, figures in {what: found.figures, **found.baselines}.items():
             places = figures.places
-            shares = " | ".join(f"{share:.1%}" for share in (places.share_within_1, places.share_within_3, places.share_within_10))
-            print(f"| nordland summer -> winter | {name} | {shares} |", flush=True)
+            shares = (places.share_within_1, places.share_within_3, places.share_within_10)
+            cells = " | ".join(f"{share:.1%}" for share in shares)
+            print(f"| nordland summer -> winter | {name} | {cells} |", flush=True)
 
 
 def main() -> None:
