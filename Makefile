@@ -10,7 +10,7 @@ WORKERS ?= 2
 .PHONY: help demo test check install clean
 
 help:
-	@echo "make demo   map a garden in summer and autumn, find the way in winter, write output/demo/report.html"
+	@echo "make demo   render a garden, map it in summer and autumn, find the way in winter, write output/demo/report.html"
 	@echo "make test   run all tests"
 	@echo "make check  lint, format, types, and who imports whom"
 	@echo "make clean  remove $(VENV), caches and output"

@@ -1,6 +1,6 @@
 """The pictures of docs/simulator.md, rendered anew; a minute.
 
-python docs/make_pictures.py [-o docs/images]
+python benchmarks/pictures.py [-o docs/images]
 """
 
 import argparse
@@ -87,7 +87,11 @@ def truth(pose: Pose2D) -> ImageArray:
     ids = palette[found.object_id]
     near = np.clip(1.0 - np.log10(np.maximum(found.range_m, 0.5) / 0.5) / 2.0, 0.0, 1.0)
     ranges = cv2.applyColorMap((255 * np.nan_to_num(near)).astype(np.uint8), cv2.COLORMAP_VIRIDIS)
-    parts = {"picture, boxes of what moves": boxed, "object ids": ids, "range, yellow is near, 50 m is dark": ranges}
+    parts = {
+        "picture, boxes of what moves": boxed,
+        "object ids": ids,
+        "range, the brighter the nearer, dark beyond 50 m": ranges,
+    }
     return np.concatenate([captioned(image, name) for name, image in parts.items()])
 
 
