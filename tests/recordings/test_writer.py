@@ -10,7 +10,7 @@ from andante.data import CameraSpec, Frame, FrameInfo, Pose2D
 from andante.errors import ConfigError, RecordingError
 from andante.recordings import MemoryRecording, write_recording
 
-finite = st.floats(allow_nan=False, allow_infinity=False)
+finite = st.floats(-1e9, 1e9)
 poses = st.none() | st.builds(Pose2D, finite, finite, st.none() | finite)
 texts = st.text(st.characters(exclude_categories=["Cs"]), min_size=1)
 

@@ -20,6 +20,7 @@ COLUMNS = (*REQUIRED_COLUMNS, *ODOMETRY_COLUMNS, *REFERENCE_COLUMNS, "place")
 
 # float() and int() would also take "nan", "1_000" and digits of other scripts
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_LARGEST = 1e9  # of metres or radians: its square and its sums are far from overflow
 _WHOLE_NUMBER = re.compile(r"[+-]?\d{1,18}", re.ASCII)
 
 
@@ -86,7 +87,8 @@ def frame_infos(table: Table, columns: Mapping[str, str], *, ticks_per_second: f
     """The frames of a table whose headers ``columns`` names (ours -> theirs), times in ticks.
 
     Blank cells are unknown values, except for time and image. Raises ``RecordingError`` with line and column
-    for a value that is no finite number, half a position, an image outside of the folder, times that do not increase.
+    for a value that is no finite number, a pose beyond 1e9, half a position, an image outside of the folder, times that
+    do not increase.
     """
     for name in REQUIRED_COLUMNS:
         if columns.get(name) not in table.header:
@@ -153,6 +155,9 @@ class _Row:
 
     def pose(self, names: tuple[str, str, str]) -> Pose2D | None:
         x, y, heading = (self._number(name) for name in names)
+        for name, value in zip(names, (x, y, heading), strict=True):
+            if value is not None and abs(value) > _LARGEST:
+                raise self._fault(name, f"is beyond {_LARGEST:g}; give metres and radians")
         if x is not None and y is not None:
             return Pose2D(x, y, heading)
         if x is None and y is None and heading is None:
