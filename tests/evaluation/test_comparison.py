@@ -6,8 +6,8 @@ from andante.data import Status
 from andante.errors import LeakageError, RecordingError
 from andante.evaluation import evaluate, figures_of
 from andante.evaluation.figures import figures_of_run
-from andante.mapping import build_map
-from andante.recordings import open_recording
+from andante.mapping import MapConfig, SlowMap, build_map
+from andante.recordings import MemoryRecording, open_recording
 
 DESIGN_KEYS = {
     "n", "median_m", "mean_m", "p95_m", "max_m", "share_over_1m", "share_over_3m", "heading_median_deg", "lost_share",
@@ -29,6 +29,33 @@ def test_training_data_is_refused(slowmap, make_drive):
     with pytest.raises(LeakageError, match=r"learnt from recording 'renamed'.*evaluate on another drive") as caught:
         evaluate(slowmap, make_drive(2, name="renamed"))
     assert "\n" not in str(caught.value)
+
+
+def altered(drive, first=0, last=None, later_s=0.0):
+    """Some of the pictures of a drive, at other times."""
+    kept = drive.infos[first:last]
+    return MemoryRecording(
+        [drive.load(info) for info in kept], [info.timestamp_s + later_s for info in kept], drive.camera,
+        reference=[info.reference for info in kept], name="altered",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("changes", [{"last": -1}, {"first": 30}, {"later_s": 0.5}])
+def test_training_pictures_are_refused_in_another_table_too(slowmap, make_drive, tmp_path, changes):
+    twin = altered(make_drive(2), **changes)
+    assert not slowmap.learnt_from(twin.content_hash())
+    with pytest.raises(LeakageError, match="learnt from pictures of recording 'altered'"):
+        evaluate(slowmap, twin)
+    slowmap.save(tmp_path / "map")
+    assert SlowMap.load(tmp_path / "map").share_learnt(twin) == 1
+    assert "training error" in evaluate(slowmap, twin, training_error=True).notes[0]
+    assert slowmap.share_learnt(make_drive(3)) == 0
+
+
+def test_two_recordings_of_the_same_pictures_make_no_map(make_drive):
+    one = make_drive(1)
+    with pytest.raises(RecordingError, match="'drive 1' and 'altered' have 39 pictures in common; leave one out"):
+        build_map([one, altered(one, last=-1)], MapConfig())
 
 
 def test_unless_the_training_error_is_asked_for_and_said_to_be_one(slowmap, make_drive):

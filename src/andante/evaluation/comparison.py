@@ -15,7 +15,7 @@ from andante.evaluation.figures import Figures, errors_of, figures_of_run, truth
 from andante.evaluation.running import FeatureLocalizer, Run, run_on_features
 from andante.evaluation.verdict import verdict
 from andante.mapping import Progress, SlowMap
-from andante.mapping.slow_map import Unit
+from andante.mapping.slow_map import MAX_SHARED_PICTURES, Unit
 from andante.protocols import Recording
 
 _ODOMETRY_NOTE = (
@@ -91,8 +91,8 @@ def evaluate(
 
     All frames are localized, those with truth are counted. ``baselines`` also fits other methods to the frames that
     the map was made from: those of ``training``, or else found where the map found them. Raises ``LeakageError`` for
-    a recording that the map was learnt from, unless ``training_error`` asks for just that, and ``RecordingError``
-    for one without truth.
+    a recording that the map was learnt from, or that has more than 5 % of its pictures in common with those, unless
+    ``training_error`` asks for just that, and ``RecordingError`` for one without truth.
     """
     notes = _checked_notes(slowmap, recording, training_error)
     slowmap = slowmap.for_recording(recording)
@@ -117,11 +117,12 @@ def _checked_notes(slowmap: SlowMap, recording: Recording, training_error: bool)
             "use andante localize for estimates without figures"
         )
     notes = []
-    if slowmap.learnt_from(recording.content_hash()):
+    learnt = slowmap.learnt_from(recording.content_hash())
+    if learnt or slowmap.share_learnt(recording) > MAX_SHARED_PICTURES:
         if not training_error:
             raise LeakageError(
-                f"the map was learnt from recording {recording.name!r}, so its errors would look better than they are; "
-                "evaluate on another drive, or ask for the training error"
+                f"the map was learnt from {'' if learnt else 'pictures of '}recording {recording.name!r}, so its "
+                "errors would look better than they are; evaluate on another drive, or ask for the training error"
             )
         notes.append(_TRAINING_NOTE)
     if slowmap.config.positions == "odometry":

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from itertools import islice
+from itertools import combinations, islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,12 +20,12 @@ from andante.mapping.config import MapConfig, Positions
 from andante.mapping.frontend import FrontEnd, camera_of
 from andante.mapping.learning import Ground, Learnt, learn_slow, learning_edges, typical_radius
 from andante.mapping.readout import GaussianProcessReadout, LocalReadout, Located, PolynomialReadout, Readout
-from andante.mapping.slow_map import SlowMap, Source, Unit
+from andante.mapping.slow_map import MAX_SHARED_PICTURES, SlowMap, Source, Unit
 from andante.mapping.store import FeatureStore
 from andante.mapping.thinning import thinned_by_place
 from andante.mapping.timing import TimedRecording
 from andante.protocols import Recording, StoredRecording
-from andante.recordings import default_workers, map_frames, moving_frames
+from andante.recordings import default_workers, map_frames, moving_frames, picture_fingerprint
 from andante.sfa import PCA, pca_of_samples
 
 Progress = Callable[[str, int, int], None]
@@ -80,7 +80,9 @@ def build_map(
     front_end = _front_end(recordings[0], config)
     with FeatureStore(front_end.dim) as store:
         with log.timed("features"):
-            skipped = [_encode(session, front_end, store, progress, log) for session in sessions]
+            encoded = [_encode(session, front_end, store, progress, log) for session in sessions]
+        _require_distinct_pictures(recordings, [pictures for _, pictures in encoded])
+        skipped = [missing for missing, _ in encoded]
         ground = _ground(sessions, skipped, config, positions)
         # Features to slow features, tried on held-out parts first.
         with log.timed("learn"):
@@ -93,8 +95,8 @@ def build_map(
             model = CompactModel.of(learnt.model if pca is None else learnt.model.after(pca))
             readout = _final_readout(store, model, learnt, ground, config)
             progress("learn", 1, 1)
-    made_from = zip(sessions, hashes, skipped, strict=True)
-    sources = tuple(_source(session, content, errors, positions) for session, content, errors in made_from)
+    made_from = zip(sessions, hashes, encoded, strict=True)
+    sources = tuple(_source(session, content, *found, positions) for session, content, found in made_from)
     unit: Unit = "place" if positions == "place" else "m"
     resolved = _resolved(config, positions, front_end, ground, learnt)
     return SlowMap(resolved, front_end, model, readout, calibration, sources, unit, name)
@@ -121,6 +123,16 @@ def _distinct_hashes(recordings: Sequence[Recording]) -> list[str]:
             raise RecordingError(f"recordings {twin!r} and {recording.name!r} have the same content; leave one out")
         hashes.append(content)
     return hashes
+
+
+def _require_distinct_pictures(recordings: Sequence[Recording], pictures: Sequence[list[str]]) -> None:
+    """The same for copies that differ in their table or have frames cut away: at most 5 % of pictures in common."""
+    for (one, own), (other, theirs) in combinations(zip(recordings, pictures, strict=True), 2):
+        shared = len({*own} & {*theirs})
+        if shared > MAX_SHARED_PICTURES * min(len(own), len(theirs)):
+            raise RecordingError(
+                f"recordings {one.name!r} and {other.name!r} have {shared} pictures in common; leave one out"
+            )
 
 
 def _positions_of(recordings: Sequence[Recording], wanted: Positions) -> Positions:
@@ -188,15 +200,18 @@ def _front_end(recording: Recording, config: MapConfig) -> FrontEnd:
 
 def _encode(
     session: _Session, front_end: FrontEnd, store: FeatureStore, progress: Progress, log: BuildLog
-) -> dict[int, str]:
-    """Store the features of a session; gives index and reason of every frame that had to be skipped."""
+) -> tuple[dict[int, str], list[str]]:
+    """Store the features of a session.
+
+    Gives index and reason of every frame that had to be skipped, and the fingerprints of the others.
+    """
     recording, skipped = session.recording, dict[int, str]()
     if recording.camera != front_end.camera:
         first = next(iter(recording.frames()))
         front_end = front_end.with_camera(camera_of(recording), (first.image.shape[0], first.image.shape[1]))
 
-    def panorama(frame: Frame) -> ImageArray:
-        return front_end.grey_panorama(frame.image)
+    def panorama(frame: Frame) -> tuple[ImageArray, str]:
+        return front_end.grey_panorama(frame.image), picture_fingerprint(frame.image)
 
     def on_skip(info: FrameInfo, reason: str) -> None:
         # Where a recording lies is nobody's business in a map; only some reasons name the picture.
@@ -207,15 +222,17 @@ def _encode(
     total, before = len(session.indices), store.rows
     # The threads decode and unwrap; encoding whole stacks here keeps the interpreter out of their way.
     timed = TimedRecording(recording)
-    panoramas = (found for _, found in map_frames(timed, panorama, session.indices, on_skip=on_skip))
-    while stack := list(islice(panoramas, _STACK)):
-        store.extend(front_end.encoder.encode(np.stack(stack)))
+    found = (result for _, result in map_frames(timed, panorama, session.indices, on_skip=on_skip))
+    pictures: list[str] = []
+    while stack := list(islice(found, _STACK)):
+        store.extend(front_end.encoder.encode(np.stack([image for image, _ in stack])))
+        pictures += [fingerprint for _, fingerprint in stack]
         progress(recording.name, min(total, store.rows - before + len(skipped)), total)
     # Decoding shares its threads and its time with the rest; its part is told apart from theirs.
     decode = timed.load_seconds / default_workers()
     log.seconds["decode"] = log.seconds.get("decode", 0.0) + decode
     log.seconds["features"] = log.seconds.get("features", 0.0) - decode
-    return skipped
+    return skipped, pictures
 
 
 def _ground(sessions: list[_Session], skipped: list[dict[int, str]], config: MapConfig, positions: Positions) -> Ground:
@@ -284,7 +301,9 @@ def _final_readout(
     return _readout(slow, learnt, ground, config, spread)
 
 
-def _source(session: _Session, content_hash: str, skipped: dict[int, str], positions: Positions) -> Source:
+def _source(
+    session: _Session, content_hash: str, skipped: dict[int, str], pictures: list[str], positions: Positions
+) -> Source:
     recording = session.recording
     return Source(
         name=recording.name,
@@ -293,6 +312,7 @@ def _source(session: _Session, content_hash: str, skipped: dict[int, str], posit
         poses=positions,
         conditions=dict(recording.conditions),
         skipped=tuple(skipped.values()),
+        pictures=tuple(pictures),
         folder=str(recording.folder.resolve()) if isinstance(recording, StoredRecording) else None,
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -11,16 +12,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andante.data import CameraSpec, Estimate, FloatArray, Hypothesis, ImageArray, Status
-from andante.errors import BlankImageError
+from andante.errors import BlankImageError, ImageError
 from andante.mapping.calibration import Calibration
 from andante.mapping.compact import CompactModel
 from andante.mapping.config import MapConfig
 from andante.mapping.frontend import FrontEnd, camera_of
 from andante.mapping.readout import Located, Readout
 from andante.protocols import Recording
+from andante.recordings import picture_fingerprint
 from andante.sfa import one_thread
 
 Unit = Literal["m", "place"]
+
+MAX_SHARED_PICTURES = 0.05
+"""Share of pictures that two recordings may have in common and still count as two."""
+_SAMPLED_PICTURES = 100
 
 
 @dataclass(frozen=True)
@@ -28,7 +34,8 @@ class Source:
     """One recording that a map was made from.
 
     ``content_hash`` tells it from all others; ``folder`` says where it was found, for comparisons that need its
-    images again; ``poses`` is which of its poses were learnt from, reference, odometry or place.
+    images again; ``poses`` is which of its poses were learnt from, reference, odometry or place; ``pictures`` are the
+    fingerprints of the pictures learnt from.
     """
 
     name: str
@@ -37,6 +44,7 @@ class Source:
     poses: str
     conditions: Mapping[str, Any] = field(default_factory=dict)
     skipped: tuple[str, ...] = ()
+    pictures: tuple[str, ...] = field(default=(), repr=False)
     folder: str | None = None
 
 
@@ -147,6 +155,17 @@ class SlowMap:
     def learnt_from(self, content_hash: str) -> bool:
         """Whether a recording with this content is in the map."""
         return any(source.content_hash == content_hash for source in self.sources)
+
+    def share_learnt(self, recording: Recording) -> float:
+        """The share of a recording's pictures that are in the map, by up to 100 of them spread over it."""
+        learnt = {picture for source in self.sources for picture in source.pictures}
+        count = len(recording.infos)
+        sample = np.unique(np.linspace(0, count - 1, min(count, _SAMPLED_PICTURES)).astype(int)).tolist()
+        seen: list[str] = []
+        for index in sample:
+            with contextlib.suppress(ImageError):  # where all are read it is judged whether too many are missing
+                seen.append(picture_fingerprint(recording.load(recording.infos[index])))
+        return sum(picture in learnt for picture in seen) / max(1, len(seen))
 
     def _judge(self, located: Located, strangeness: float) -> tuple[Status, str]:
         # Slow features see only what varies along the mapped drives, and what is foreign can fall near some reference

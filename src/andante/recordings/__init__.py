@@ -1,5 +1,6 @@
 """Files to restartable frames: one module per format, registered by name."""
 
+from andante.recordings.content import picture_fingerprint
 from andante.recordings.decode import decode_image, read_image
 from andante.recordings.folder import FolderRecording, open_folder
 from andante.recordings.frames import iterate_frames, map_frames
@@ -23,6 +24,7 @@ __all__ = [
     "open_images",
     "open_recording",
     "ordered_map",
+    "picture_fingerprint",
     "read_image",
     "register_format",
     "write_recording",
