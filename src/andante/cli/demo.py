@@ -26,7 +26,11 @@ EPILOG = examples("andante demo", "andante demo output/demo --open")
 _MAPPED: tuple[Season, ...] = ("summer", "autumn")
 _TEST: Season = "winter"
 _GRID = "grid"
-_EVERYWHERE = {"learning": {"slow_features": 8}}
+# The thesis' network (5.1), smaller because it learns from some hundred pictures only.
+_EVERYWHERE = {
+    "features": {"n_frequencies": 15, "normalise": False, "orientations": 0, "unit": False},
+    "learning": {"expansion": "quadratic", "reduced_dim": 10, "slow_features": 8, "ridge": 1e-2, "edge_ridge": 0.0},
+}
 
 
 def command(

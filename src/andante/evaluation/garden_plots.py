@@ -33,7 +33,7 @@ def localized_garden(evaluation: Evaluation, mapped_m: FloatArray, view: TopView
         for corners in _corners(obstacles):
             axes.add_patch(Polygon(corners.tolist(), fill=False, ec="#20242a", lw=0.6))
         axes.plot(*mapped_m.T, ".", ms=2.0, color="#101418", alpha=0.5, label="mapped", rasterized=True)
-        axes.plot(*truth.T, "-", color="white", lw=2.4, label="driven")
+        axes.plot(*truth.T, "-", color="#e0a92a", lw=2.2, label="driven")
         ties = np.stack([truth[known], guess[known]], axis=1)
         axes.plot(*np.moveaxis(ties, 2, 0).transpose(0, 2, 1), "-", color="#d4475a", lw=0.8)
         norm = LogNorm(0.02, max(1.0, float(errors[known].max())))
@@ -43,7 +43,7 @@ def localized_garden(evaluation: Evaluation, mapped_m: FloatArray, view: TopView
         figure.colorbar(shown, ax=axes, label="error in m", shrink=0.7, pad=0.02, format=PLAIN)
         left, right, bottom, top = view.extent_m
         axes.set(xlabel="x in m", ylabel="y in m", aspect="equal", xlim=(left, right), ylim=(bottom, top))
-        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=2, facecolor="#8a8f98", frameon=True)
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=2)
         return svg(figure)
 
 

@@ -14,7 +14,6 @@ from andante.evaluation.spatial import SpatialMaps, axis_correlations
 from andante.evaluation.top_view import top_view
 from andante.mapping import SlowMap
 from andante.simulator import Plan, SimulatedCamera, SimulatedRecording
-from andante.simulator.seasons import dressed
 
 _PANORAMA = SimulatedCamera(model="panorama", width_px=960, height_px=160, min_deg=-15.0, max_deg=45.0)
 _AROUND_M = 5.0
@@ -46,17 +45,19 @@ def _one_place(plan: Plan, sessions: Sequence[str]) -> Section:
 
 def _from_above(plan: Plan, session: str, evaluation: Evaluation, mapped_m: FloatArray) -> Section:
     """The garden from above with mapped places (r, 2), the way, and the estimates coloured by their error."""
-    scene = dressed(plan.scene(session), plan.session(session).conditions.season)
+    scene = plan.scene(session)  # in summer dress, in which lawn and path can be told apart
     view = top_view(scene, plan.garden.size_x_m + _AROUND_M, plan.garden.size_y_m + _AROUND_M)
     plot = garden_plots.localized_garden(evaluation, mapped_m, view, scene.obstacles)
-    return Section("The garden from above", "", (Picture.of_svg(f"{session}: every image localized by itself", plot),))
+    caption = f"{session}: every image localized by itself, without odometry (background in summer dress)"
+    return Section("The garden from above", "", (Picture.of_svg(caption, plot),))
 
 
 def _slow_features(plan: Plan, maps: SpatialMaps) -> Section:
     xy, values = maps.places
     first, second, _ = axis_correlations(xy, values[:, 0], values[:, 1])
     text = (
-        "Learnt from pictures all over the garden and shown for the same ones, blue to red (thesis, figure 9.1 a). The "
+        "Learnt with the thesis' network from pictures all over the garden, and shown for the same ones, blue "
+        "to red (figure 9.1 a there). The "
         f"first two correlate with two orthogonal axes by {first:.2f} and {second:.2f}; the others are higher modes."
     )
     plot = svg(garden_plots.feature_maps(maps, plan.scene(plan.sessions[0].name).obstacles))
