@@ -66,9 +66,8 @@ def main() -> None:
         return
     load = os.getloadavg()[0]
     print(f"{os.cpu_count()} processors, load {load:.1f} before\n")
-    print(
-        "| picture | workers | images/s | CPU ms/image | first picture, s | MB, largest process |\n|---|---|---|---|---|---|"
-    )
+    print("| picture | workers | images/s | CPU ms/image | first picture, s | MB, largest process |")
+    print("|---|---|---|---|---|---|")
     for camera in CAMERAS:
         for workers in options.workers:
             call = [sys.executable, __file__, "--measure", camera, str(options.frames), str(workers)]
