@@ -73,10 +73,9 @@ def main() -> None:
             call = [sys.executable, __file__, "--measure", camera, str(options.frames), str(workers)]
             row = json.loads(subprocess.run(call, capture_output=True, text=True, check=True).stdout)
             first = "" if row["first_s"] is None else f"{row['first_s']:.1f}"
-            print(
-                f"| {camera} | {workers} | {row['images_per_second']:.1f} | {first} | {row['megabytes']:.0f} |",
-                flush=True,
-            )
+            cpu = "" if row["cpu_ms"] is None else f"{row['cpu_ms']:.0f}"
+            rate, size = f"{row['images_per_second']:.1f}", f"{row['megabytes']:.0f}"
+            print(f"| {camera} | {workers} | {rate} | {cpu} | {first} | {size} |", flush=True)
 
 
 if __name__ == "__main__":
