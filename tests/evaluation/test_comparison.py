@@ -78,6 +78,15 @@ def test_frames_without_truth_are_localized_but_not_counted(slowmap, make_drive)
     assert half.figures.max_m == whole.map.errors[:20].max()
 
 
+@pytest.mark.parametrize("readout", [{"kind": "gaussian-process"}, {"kind": "polynomial", "inputs": 4}])
+def test_a_map_that_cannot_tell_foreign_places_is_never_sure(slowmap, make_drive, readout):
+    regression = build_map([make_drive(1), make_drive(2)], slowmap.config.with_values({"readout": readout}))
+    run = evaluate(regression, make_drive(3)).run
+    assert {frame.estimate.status for frame in run.frames} == {Status.DEGRADED}
+    assert "has not learnt what places look like that are not in it" in run.frames[0].estimate.reason
+    assert Status.OK in {frame.estimate.status for frame in evaluate(slowmap, make_drive(3)).run.frames}
+
+
 def test_a_blank_picture_is_lost_and_has_no_error(slowmap, make_drive):
     figures = evaluate(slowmap, make_drive(3, blank=(4, 9))).figures
     assert (figures.n, figures.n_errors, figures.unlocalized) == (40, 38, 2)

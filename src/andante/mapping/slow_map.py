@@ -188,6 +188,11 @@ class SlowMap:
                 f"not much more like this place than like others: likeness {likeness:.2f}, {agreement:.0%} of the "
                 "evidence agrees"
             )
+        if bounds.off_map_below <= 0:
+            return Status.DEGRADED, (
+                "this map has not learnt what places look like that are not in it: its readout is a regression, or its "
+                "drives are too short"
+            )
         return Status.OK, f"likeness {likeness:.2f}, {agreement:.0%} of the evidence agrees"
 
     def _hypotheses(self, located: Located) -> tuple[Hypothesis, ...]:
