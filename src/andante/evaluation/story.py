@@ -57,7 +57,7 @@ def _slow_features(plan: Plan, maps: SpatialMaps) -> Section:
     first, second, _ = axis_correlations(xy, values[:, 0], values[:, 1])
     text = (
         "Learnt with a small version of the thesis' network from pictures all over the garden, those of neighbouring "
-        "places joined by their known positions, and shown for the same pictures, blue to red (figure 9.1 a there). The "
+        "places joined by their known positions, and shown for the same pictures, blue to red (its figure 9.1 a). The "
         f"first two correlate with two orthogonal axes by {first:.2f} and {second:.2f}; the others are higher modes."
     )
     plot = svg(garden_plots.feature_maps(maps, plan.scene(plan.sessions[0].name).obstacles))
