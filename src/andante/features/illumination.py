@@ -96,10 +96,17 @@ def orientation_channels(around: Surroundings, count: int, gradient_floor: float
     n, height, width = around.shape
     channels = np.empty((n, count, height, width), dtype=np.float32)
     for channel, angle in enumerate(np.pi * np.arange(count) / count):
-        along = np.float32(np.cos(angle)) * along_x
-        along += np.float32(np.sin(angle)) * along_y
-        np.abs(around.cropped(along), out=channels[:, channel])
+        np.abs(around.cropped(_along(along_x, along_y, angle)), out=channels[:, channel])
     return channels
+
+
+def _along(x: Float32Array, y: Float32Array, angle: float) -> Float32Array:
+    """The component of a gradient along a direction; along the axes there is nothing to work out."""
+    if angle == 0:
+        return x
+    if angle == np.pi / 2:
+        return y
+    return np.float32(np.cos(angle)) * x + np.float32(np.sin(angle)) * y
 
 
 def _float32(image: object) -> Float32Array:

@@ -31,7 +31,7 @@ from andante.sfa import PCA, pca_of_samples
 Progress = Callable[[str, int, int], None]
 """Called with a stage, the steps done and the steps in all."""
 
-_PCA_SAMPLE = 1200
+_PCA_SAMPLE = 800
 _STACK = 8
 _LEAST_RADIUS_M = 0.35
 _APART_RADII = 4

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,17 @@ from numpy.typing import NDArray
 from andante.data import FloatArray
 from andante.sfa import AffineModel, QuadraticModel, expand_quadratic
 from andante.sfa.arrays import require_columns, require_names
+
+
+def products(queries: NDArray[np.float32], rows: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Every query (n, d) times every row (r, d): (n, r).
+
+    A single query takes one dot product a row, which BLAS works out in the thread that asks. A matrix product it would
+    share among threads, and on a busy machine their waiting for each other costs 100 times the work.
+    """
+    if len(queries) == 1:
+        return np.asarray(np.vecdot(rows, queries[0])[None], dtype=np.float32)
+    return np.asarray(queries @ rows.T, dtype=np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +65,12 @@ class CompactModel:
     def transform(self, features: NDArray[np.float32]) -> FloatArray:
         """(n, d) float32 -> (n, k) float64; raises ``ArrayError`` for another number of columns."""
         require_columns(features, self.input_dim, "this map")
-        linear = np.asarray((features - self.mean) @ self.weights, dtype=np.float64)
+        linear = np.asarray(products(features - self.mean, self._rows), dtype=np.float64)
         return linear if self.quadratic is None else self.quadratic.transform(expand_quadratic(linear))
+
+    @cached_property
+    def _rows(self) -> NDArray[np.float32]:
+        return np.ascontiguousarray(self.weights.T)
 
     def spread(self, features: NDArray[np.float32]) -> FloatArray:
         """(n, d) float32 -> (n,) distances from the average of the mapped images."""

@@ -21,6 +21,7 @@ from scipy.spatial.distance import cdist
 
 from andante.data import FloatArray
 from andante.errors import ArrayError, LearningError
+from andante.mapping.compact import products
 from andante.mapping.config import ReadoutConfig
 from andante.sfa.arrays import require_names
 
@@ -167,9 +168,9 @@ class LocalReadout:
     def _squared_distances(self, slow: FloatArray) -> NDArray[np.float32]:
         """(n, r) by one product; the largest rounding error is far below the distance between two images."""
         queries = np.asarray(slow * self.metric, dtype=np.float32)
-        squared = self._reference_norms - 2 * (queries @ self.references.T)
+        squared = self._reference_norms - 2 * products(queries, self.references)
         squared += (queries**2).sum(axis=1)[:, None]
-        return np.maximum(squared, 0, out=squared)
+        return np.asarray(np.maximum(squared, 0, out=squared), dtype=np.float32)
 
     def _likeness(self, squared: NDArray[np.float32], best: NDArray[np.floating[Any]]) -> FloatArray:
         # Light and season move an image away from all references alike, and a foreign image is far from all.

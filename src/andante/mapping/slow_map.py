@@ -20,7 +20,6 @@ from andante.mapping.frontend import FrontEnd, camera_of
 from andante.mapping.readout import Located, Readout
 from andante.protocols import Recording
 from andante.recordings import picture_fingerprint
-from andante.sfa import one_thread
 
 Unit = Literal["m", "place"]
 
@@ -105,8 +104,7 @@ class SlowMap:
 
     def estimate(self, features: NDArray[np.float32]) -> Estimate:
         """The same from a feature vector (d,)."""
-        with one_thread():
-            located = self.readout.locate(self.model.transform(features[None]))
+        located = self.readout.locate(self.model.transform(features[None]))
         status, reason = self._judge(located, float(self.model.spread(features[None])[0] / located.spread[0]))
         hypotheses = self._hypotheses(located)
         if not status.has_pose:

@@ -26,8 +26,8 @@ from andante.data import Edges, FloatArray
 from andante.errors import ArrayError, LearningError
 from andante.sfa.arrays import Matrix, require_columns, require_finite
 
-_BLOCK_VALUES = 1 << 22
-"""Values widened to float64 at a time: 32 MB, whatever the length of the recording."""
+_BLOCK_VALUES = 1 << 21
+"""Values widened to float64 at a time: 16 MB, whatever the length of the recording."""
 
 
 @dataclass(slots=True, eq=False)
