@@ -1,5 +1,3 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -29,12 +27,3 @@ def test_the_readout_has_the_settings_of_the_map_and_no_metric(slowmap, make_dri
     assert baseline.readout.neighbours == slowmap.readout.neighbours
     assert len(baseline.readout.xy) == len(slowmap.readout.xy)
     assert np.all(baseline.readout.metric == 1)
-
-
-def test_a_readout_of_a_new_kind_is_not_passed_over(slowmap, make_drive):
-    class Foreign:
-        pass
-
-    other = replace(build_map([make_drive(1)], slowmap.config), readout=Foreign())
-    with pytest.raises(TypeError, match="no way to fit a Foreign"):
-        PrincipalComponents.fit(other, training_frames(other, [make_drive(1)]))

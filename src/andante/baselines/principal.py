@@ -12,8 +12,7 @@ from andante.baselines.baseline import Baseline
 from andante.baselines.training import Training
 from andante.data import FloatArray
 from andante.mapping import SlowMap
-from andante.mapping.readout import GaussianProcessReadout, LocalReadout, PolynomialReadout, Readout
-from andante.mapping.thinning import thinned_by_place
+from andante.mapping.readout import Readout, fit_readout
 from andante.sfa import PCA, pca_of_samples
 
 
@@ -28,7 +27,17 @@ class PrincipalComponents(Baseline):
     def fit(cls, slowmap: SlowMap, training: Training) -> Self:
         """From the frames that the map was made from."""
         pca = pca_of_samples(training.features, slowmap.model.output_dim)
-        readout = _same_readout(slowmap, pca.transform(training.features), training)
+        components, config = pca.transform(training.features), slowmap.config.readout
+        # A map resolves how far apart its neighbours may lie before it is saved.
+        consensus_m = config.consensus_m or np.inf
+        readout = fit_readout(
+            components,
+            training.xy,
+            training.session,
+            metric=np.ones(pca.output_dim),
+            config=config,
+            consensus_m=consensus_m,
+        )
         return cls(slowmap.front_end, slowmap.unit, pca, readout)
 
     @property
@@ -40,15 +49,3 @@ class PrincipalComponents(Baseline):
         """(d,) -> (2,)."""
         xy: FloatArray = self.readout.locate(self.pca.transform(features[None])).xy[0]
         return xy
-
-
-def _same_readout(slowmap: SlowMap, components: FloatArray, training: Training) -> Readout:
-    config, metric = slowmap.config.readout, np.ones(components.shape[1])
-    if isinstance(slowmap.readout, PolynomialReadout):
-        return PolynomialReadout.fit(components, training.xy, config)
-    if isinstance(slowmap.readout, GaussianProcessReadout):
-        return GaussianProcessReadout.fit(components, training.xy, metric)
-    if not isinstance(slowmap.readout, LocalReadout):
-        raise TypeError(f"no way to fit a {type(slowmap.readout).__name__}")
-    kept = thinned_by_place(training.xy, training.session, config.max_references)
-    return LocalReadout.fit(components[kept], training.xy[kept], metric, config, slowmap.readout.consensus_m)

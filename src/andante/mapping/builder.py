@@ -19,10 +19,9 @@ from andante.mapping.compact import CompactModel
 from andante.mapping.config import MapConfig, Positions
 from andante.mapping.frontend import FrontEnd, camera_of
 from andante.mapping.learning import Ground, Learnt, learn_slow, learning_edges, typical_radius
-from andante.mapping.readout import GaussianProcessReadout, LocalReadout, Located, PolynomialReadout, Readout
+from andante.mapping.readout import Located, Readout, fit_readout
 from andante.mapping.slow_map import MAX_SHARED_PICTURES, SlowMap, Source, Unit
 from andante.mapping.store import FeatureStore
-from andante.mapping.thinning import thinned_by_place
 from andante.mapping.timing import TimedRecording
 from andante.protocols import Recording, StoredRecording
 from andante.recordings import default_workers, map_frames, moving_frames, picture_fingerprint
@@ -282,14 +281,16 @@ def _cross_validate(
 def _readout(
     slow: FloatArray, learnt: Learnt, ground: Ground, config: MapConfig, spread: FloatArray | None = None
 ) -> Readout:
-    if config.readout.kind == "polynomial":
-        return PolynomialReadout.fit(slow, ground.xy, config.readout)
-    if config.readout.kind == "gaussian-process":
-        return GaussianProcessReadout.fit(slow, ground.xy, learnt.metric)
-    kept = thinned_by_place(ground.xy, ground.session, config.readout.max_references)
     consensus = config.readout.consensus_m or 2 * ground.radius
-    around = None if spread is None else spread[kept]
-    return LocalReadout.fit(slow[kept], ground.xy[kept], learnt.metric, config.readout, consensus, spread=around)
+    return fit_readout(
+        slow,
+        ground.xy,
+        ground.session,
+        metric=learnt.metric,
+        config=config.readout,
+        consensus_m=consensus,
+        spread=spread,
+    )
 
 
 def _final_readout(

@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 from scipy import linalg
 from scipy.spatial.distance import cdist
 
-from andante.data import FloatArray
+from andante.data import FloatArray, IndexArray
 from andante.errors import ArrayError, LearningError
 from andante.mapping.compact import products
 from andante.mapping.config import ReadoutConfig
+from andante.mapping.thinning import thinned_by_place
 from andante.sfa.arrays import require_names
 
 _GAUSSIAN_PROCESS_POINTS = 600
@@ -326,6 +327,26 @@ def _named(arrays: Mapping[str, NDArray[Any]], names: tuple[str, ...], count: in
     if arrays["numbers"].shape != (count,):
         raise ArrayError(f"this readout has {count} numbers, got an array of shape {arrays['numbers'].shape}")
     return [arrays[name] for name in (*names, "numbers")]
+
+
+def fit_readout(
+    slow: FloatArray,
+    xy: FloatArray,
+    session: IndexArray,
+    *,
+    metric: FloatArray,
+    config: ReadoutConfig,
+    consensus_m: float,
+    spread: FloatArray | None = None,
+) -> Readout:
+    """The configured readout of slow features (n, k), positions (n, 2), sessions (n,) and, where known, spread (n,)."""
+    if config.kind == "polynomial":
+        return PolynomialReadout.fit(slow, xy, config)
+    if config.kind == "gaussian-process":
+        return GaussianProcessReadout.fit(slow, xy, metric)
+    kept = thinned_by_place(xy, session, config.max_references)
+    around = None if spread is None else spread[kept]
+    return LocalReadout.fit(slow[kept], xy[kept], metric, config, consensus_m, spread=around)
 
 
 def _without_rivals(xy: FloatArray, covariance: FloatArray, likeness: FloatArray) -> Located:
