@@ -86,11 +86,11 @@ def build_map(
         # Features to slow features, tried on held-out parts first.
         with log.timed("learn"):
             progress("learn", 0, 1)
-            pca, compressed = _compress(store, config)
+            pca, compressed, spread = _compress(store, config)
             learnt = learn_slow(compressed, learning_edges(ground, config.learning, config.seed), config.learning)
         with log.timed("readout"):
             names = [session.recording.name for session in sessions]
-            calibration = _cross_validate(compressed, ground, names, config)
+            calibration = _cross_validate(compressed, spread, ground, names, config)
             model = CompactModel.of(learnt.model if pca is None else learnt.model.after(pca))
             readout = _final_readout(store, model, learnt, ground, config)
             progress("learn", 1, 1)
@@ -247,23 +247,25 @@ def _ground(sessions: list[_Session], skipped: list[dict[int, str]], config: Map
     return Ground(together, session_of, np.arange(len(together)), radius)
 
 
-def _compress(store: FeatureStore, config: MapConfig) -> tuple[PCA | None, NDArray[np.float32]]:
-    """Principal components of a sample spread over all sessions, and all frames in them (n, p)."""
+def _compress(store: FeatureStore, config: MapConfig) -> tuple[PCA | None, NDArray[np.float32], FloatArray]:
+    """Principal components of a sample spread over all sessions, all frames in them (n, p), and their spread (n,)."""
     if store.rows < 2:
         raise LearningError(f"{store.rows} usable frames are too few to learn from; record a longer drive")
     if config.learning.pca_components == 0:
-        return None, np.concatenate([rows for _, rows in store.chunks()])
+        features = np.concatenate([rows for _, rows in store.chunks()])
+        return None, features, np.linalg.norm(features - features.mean(axis=0), axis=1).astype(np.float64)
     sample = np.unique(np.linspace(0, store.rows - 1, min(store.rows, _PCA_SAMPLE)).astype(np.int64))
     pca = pca_of_samples(store.take(sample), config.learning.pca_components)
     mean, components = pca.mean.astype(np.float32), pca.components.astype(np.float32)
-    compressed = np.empty((store.rows, pca.output_dim), dtype=np.float32)
+    compressed, spread = np.empty((store.rows, pca.output_dim), dtype=np.float32), np.empty(store.rows)
     for rows, vectors in store.chunks():
-        compressed[rows] = (vectors - mean) @ components
-    return pca, compressed
+        centred = vectors - mean
+        compressed[rows], spread[rows] = centred @ components, np.linalg.norm(centred, axis=1)
+    return pca, compressed, spread
 
 
 def _cross_validate(
-    compressed: NDArray[np.float32], ground: Ground, names: list[str], config: MapConfig
+    compressed: NDArray[np.float32], spread: FloatArray, ground: Ground, names: list[str], config: MapConfig
 ) -> Calibration:
     """Everything behind the compression is learnt anew without the held-out frames."""
 
@@ -271,9 +273,10 @@ def _cross_validate(
         inside = ground.subset(train)
         x = compressed[train]
         learnt = learn_slow(x, learning_edges(inside, config.learning, config.seed), config.learning)
-        readout = _readout(learnt.model.transform(x), learnt, inside, config)
+        readout = _readout(learnt.model.transform(x), learnt, inside, config, spread[train])
         slow = learnt.model.transform(compressed[test])
-        return readout.locate(slow), readout.strangers(slow, ground.xy[test], _APART_RADII * ground.radius)
+        apart = _APART_RADII * ground.radius
+        return readout.locate(slow), readout.strangers(slow, ground.xy[test], apart, spread[test])
 
     return calibrate(ground, names, locate_fold, config.calibration)
 

@@ -72,10 +72,11 @@ class Readout(Protocol):
         """(n, k) -> n positions with their uncertainty."""
         ...
 
-    def strangers(self, slow: FloatArray, xy: FloatArray, apart: float) -> FloatArray:
+    def strangers(self, slow: FloatArray, xy: FloatArray, apart: float, spread: FloatArray | None = None) -> FloatArray:
         """Likeness (n,) that images (n, k) of places ``xy`` (n, 2) would have were these places not mapped.
 
-        Everything within ``apart`` of the image's true place is ignored. Empty for readouts that cannot.
+        Everything within ``apart`` of the image's true place is ignored; ``spread`` (n,), where known, tempers the
+        likeness as for an estimate (see ``tempered``). Empty for readouts that cannot.
         """
         ...
 
@@ -153,13 +154,17 @@ class LocalReadout:
         spread = np.median(self.spread[nearest], axis=1)
         return Located(xy, covariance, likeness, agreement, positions, np.where(chosen, 0, votes), spread)
 
-    def strangers(self, slow: FloatArray, xy: FloatArray, apart: float) -> FloatArray:
+    def strangers(self, slow: FloatArray, xy: FloatArray, apart: float, spread: FloatArray | None = None) -> FloatArray:
         """The likeness of the best reference that lies elsewhere."""
         parts = []
         for rows in _blocks(len(slow)):
             squared = self._squared_distances(slow[rows])
-            elsewhere = np.where(cdist(xy[rows], self.xy) > apart, squared, np.inf).min(axis=1)
-            parts.append(self._likeness(squared, elsewhere)[np.isfinite(elsewhere)])
+            candidates = np.where(cdist(xy[rows], self.xy) > apart, squared, np.inf)
+            elsewhere = candidates.min(axis=1)
+            likeness = self._likeness(squared, elsewhere)
+            if spread is not None:
+                likeness = tempered(likeness, spread[rows], self.spread[candidates.argmin(axis=1)])
+            parts.append(likeness[np.isfinite(elsewhere)])
         return np.concatenate(parts)
 
     @cached_property
@@ -237,7 +242,7 @@ class PolynomialReadout:
         covariance = self.residual[None] / likeness[:, None, None]
         return _without_rivals(xy, covariance, likeness)
 
-    def strangers(self, slow: FloatArray, xy: FloatArray, apart: float) -> FloatArray:
+    def strangers(self, slow: FloatArray, xy: FloatArray, apart: float, spread: FloatArray | None = None) -> FloatArray:
         """Nothing: a regression has no references to ignore."""
         return np.empty(0)
 
@@ -298,7 +303,7 @@ class GaussianProcessReadout:
         variance = self.prior * (unexplained + self.noise)
         return _without_rivals(xy, variance[:, None, None] * np.eye(2), 1 - unexplained)
 
-    def strangers(self, slow: FloatArray, xy: FloatArray, apart: float) -> FloatArray:
+    def strangers(self, slow: FloatArray, xy: FloatArray, apart: float, spread: FloatArray | None = None) -> FloatArray:
         """Nothing: a regression has no references to ignore."""
         return np.empty(0)
 
@@ -347,6 +352,16 @@ def fit_readout(
     kept = thinned_by_place(xy, session, config.max_references)
     around = None if spread is None else spread[kept]
     return LocalReadout.fit(slow[kept], xy[kept], metric, config, consensus_m, spread=around)
+
+
+def tempered(likeness: FloatArray, spread: FloatArray, expected: FloatArray) -> FloatArray:
+    """Likeness (n,) of images ``spread`` (n,) from the average, where mapped ones of their kind lie ``expected`` (n,).
+
+    Slow features see only what varies along the mapped drives, and what is foreign can fall near some reference in
+    their space. Likeness is a share of squared distance there; here it becomes one of the whole.
+    """
+    share: FloatArray = likeness / np.maximum(1.0, spread / expected) ** 2
+    return share
 
 
 def _without_rivals(xy: FloatArray, covariance: FloatArray, likeness: FloatArray) -> Located:

@@ -17,7 +17,7 @@ from andante.mapping.calibration import Calibration
 from andante.mapping.compact import CompactModel
 from andante.mapping.config import MapConfig
 from andante.mapping.frontend import FrontEnd, camera_of
-from andante.mapping.readout import Located, Readout
+from andante.mapping.readout import Located, Readout, tempered
 from andante.protocols import Recording
 from andante.recordings import picture_fingerprint
 
@@ -105,7 +105,7 @@ class SlowMap:
     def estimate(self, features: NDArray[np.float32]) -> Estimate:
         """The same from a feature vector (d,)."""
         located = self.readout.locate(self.model.transform(features[None]))
-        status, reason = self._judge(located, float(self.model.spread(features[None])[0] / located.spread[0]))
+        status, reason = self._judge(located, self.model.spread(features[None]))
         hypotheses = self._hypotheses(located)
         if not status.has_pose:
             return Estimate(status, reason, hypotheses=hypotheses)
@@ -165,10 +165,8 @@ class SlowMap:
                 seen.append(picture_fingerprint(recording.load(recording.infos[index])))
         return sum(picture in learnt for picture in seen) / max(1, len(seen))
 
-    def _judge(self, located: Located, strangeness: float) -> tuple[Status, str]:
-        # Slow features see only what varies along the mapped drives, and what is foreign can fall near some reference
-        # in their space. Likeness is a share of squared distance there; here it becomes one of the whole.
-        likeness = float(located.likeness[0]) / max(1.0, strangeness) ** 2
+    def _judge(self, located: Located, spread: FloatArray) -> tuple[Status, str]:
+        likeness = float(tempered(located.likeness, spread, located.spread)[0])
         agreement = float(located.agreement[0])
         bounds = self.calibration
         if likeness < bounds.off_map_below:
