@@ -17,7 +17,7 @@ from andante.errors import LearningError, RecordingError
 from andante.mapping.calibration import Calibration, calibrate
 from andante.mapping.compact import CompactModel
 from andante.mapping.config import MapConfig, Positions
-from andante.mapping.frontend import FrontEnd, camera_of
+from andante.mapping.frontend import FrontEnd, camera_and_size
 from andante.mapping.learning import Ground, Learnt, learn_slow, learning_edges, typical_radius
 from andante.mapping.readout import Located, Readout, fit_readout
 from andante.mapping.slow_map import MAX_SHARED_PICTURES, SlowMap, Source, Unit
@@ -76,10 +76,12 @@ def build_map(
     positions = _positions_of(recordings, config.positions)
     sessions = [_Session(one, *usable_frames(one, positions, config, log)) for one in recordings]
     # Pictures to feature vectors, in the threads that decode.
-    front_end = _front_end(recordings[0], config)
+    front_end = FrontEnd(*camera_and_size(recordings[0]), config.panorama, config.features)
+    front_ends = [front_end, *(front_end.for_recording(one) for one in recordings[1:])]
     with FeatureStore(front_end.dim) as store:
         with log.timed("features"):
-            encoded = [_encode(session, front_end, store, progress, log) for session in sessions]
+            pairs = zip(sessions, front_ends, strict=True)
+            encoded = [_encode(session, eye, store, progress, log) for session, eye in pairs]
         _require_distinct_pictures(recordings, [pictures for _, pictures in encoded])
         skipped = [missing for missing, _ in encoded]
         ground = _ground(sessions, skipped, config, positions)
@@ -189,14 +191,6 @@ def usable_frames(
     return chosen.tolist(), xy[chosen]
 
 
-def _front_end(recording: Recording, config: MapConfig) -> FrontEnd:
-    camera = camera_of(recording)
-    first = next(iter(recording.frames()), None)
-    if first is None:
-        raise RecordingError(f"recording {recording.name!r} has no image that can be read")
-    return FrontEnd(camera, (first.image.shape[0], first.image.shape[1]), config.panorama, config.features)
-
-
 def _encode(
     session: _Session, front_end: FrontEnd, store: FeatureStore, progress: Progress, log: BuildLog
 ) -> tuple[dict[int, str], list[str]]:
@@ -205,9 +199,6 @@ def _encode(
     Gives index and reason of every frame that had to be skipped, and the fingerprints of the others.
     """
     recording, skipped = session.recording, dict[int, str]()
-    if recording.camera != front_end.camera:
-        first = next(iter(recording.frames()))
-        front_end = front_end.with_camera(camera_of(recording), (first.image.shape[0], first.image.shape[1]))
 
     def panorama(frame: Frame) -> tuple[ImageArray, str]:
         return front_end.grey_panorama(frame.image), picture_fingerprint(frame.image)

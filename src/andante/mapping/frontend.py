@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from andante.camera import PanoramaGeometry, Unwrapper, with_found_circle
 from andante.data import CameraSpec, ImageArray
-from andante.errors import BlankImageError, ConfigError, ImageError
+from andante.errors import BlankImageError, ConfigError, ImageError, RecordingError
 from andante.features import FourierEncoder, PixelEncoder
 from andante.mapping.config import FeatureConfig, PanoramaConfig
 from andante.protocols import Encoder, Recording
@@ -54,6 +54,14 @@ def camera_of(recording: Recording) -> CameraSpec:
     return with_found_circle(spec, images)
 
 
+def camera_and_size(recording: Recording) -> tuple[CameraSpec, tuple[int, int]]:
+    """The camera of a recording and the (height, width) of its images; ``RecordingError`` where none can be read."""
+    first = next(iter(recording.frames()), None)
+    if first is None:
+        raise RecordingError(f"recording {recording.name!r} has no image that can be read")
+    return camera_of(recording), (first.image.shape[0], first.image.shape[1])
+
+
 class FrontEnd:
     """Pictures of one camera -> panoramas and feature vectors; safe to call from many threads.
 
@@ -92,6 +100,10 @@ class FrontEnd:
                 f"the new {camera.model} camera gives {_size(other.panorama_shape)}; use a camera like the map's"
             )
         return other
+
+    def for_recording(self, recording: Recording) -> FrontEnd:
+        """The same features from the camera of a recording, whose image circle is found where it is not declared."""
+        return self if recording.camera == self.camera else self.with_camera(*camera_and_size(recording))
 
     def panorama(self, image: ImageArray) -> ImageArray:
         """(height, width[, 3]) uint8 -> panorama (H, W[, 3]); raises ``ImageError`` for foreign proportions."""

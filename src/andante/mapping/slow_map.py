@@ -16,7 +16,7 @@ from andante.errors import BlankImageError, ImageError
 from andante.mapping.calibration import Calibration
 from andante.mapping.compact import CompactModel
 from andante.mapping.config import MapConfig
-from andante.mapping.frontend import FrontEnd, camera_of
+from andante.mapping.frontend import FrontEnd
 from andante.mapping.readout import Located, Readout, tempered
 from andante.protocols import Recording
 from andante.recordings import picture_fingerprint
@@ -75,12 +75,8 @@ class SlowMap:
 
     def for_recording(self, recording: Recording) -> SlowMap:
         """The same map for the camera of a recording, whose image circle is found where it is not declared."""
-        if recording.camera == self.front_end.camera or not recording.infos:
-            return self
-        first = next(iter(recording.frames()), None)
-        if first is None:
-            return self
-        return self.for_camera(camera_of(recording), first.image)
+        front_end = self.front_end.for_recording(recording) if recording.infos else self.front_end
+        return self if front_end is self.front_end else replace(self, front_end=front_end)
 
     def for_camera(self, camera: CameraSpec, image: ImageArray) -> SlowMap:
         """The same map for another camera, ``image`` being one of its pictures."""
