@@ -3,7 +3,8 @@ import pytest
 
 from andante.baselines import PrincipalComponents, training_frames
 from andante.mapping import build_map
-from andante.mapping.readout import GaussianProcessReadout, LocalReadout, PolynomialReadout
+from andante.mapping.readout import LocalReadout
+from andante.mapping.regressions import GaussianProcessReadout, PolynomialReadout
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from andante.errors import LearningError
 from andante.mapping.calibration import calibrate, conformal_factor
 from andante.mapping.config import CalibrationConfig
 from andante.mapping.learning import Ground
-from andante.mapping.readout import Located
+from andante.mapping.located import Located
 
 CONFIG = CalibrationConfig()
 

@@ -7,7 +7,8 @@ import pytest
 
 from andante.errors import ArrayError, LearningError
 from andante.mapping.config import ReadoutConfig
-from andante.mapping.readout import GaussianProcessReadout, LocalReadout, PolynomialReadout
+from andante.mapping.readout import LocalReadout
+from andante.mapping.regressions import GaussianProcessReadout, PolynomialReadout
 
 CONFIG = ReadoutConfig()
 CONSENSUS_M = 1.0

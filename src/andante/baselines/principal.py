@@ -12,7 +12,8 @@ from andante.baselines.baseline import Baseline
 from andante.baselines.training import Training
 from andante.data import FloatArray
 from andante.mapping import SlowMap
-from andante.mapping.readout import Readout, fit_readout
+from andante.mapping.located import Readout
+from andante.mapping.readout import fit_readout
 from andante.sfa import PCA, pca_of_samples
 
 

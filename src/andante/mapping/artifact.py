@@ -30,7 +30,8 @@ from andante.mapping.compact import CompactModel
 from andante.mapping.config import MapConfig
 from andante.mapping.consistency import check_parts
 from andante.mapping.frontend import FrontEnd
-from andante.mapping.readout import GaussianProcessReadout, LocalReadout, PolynomialReadout
+from andante.mapping.readout import LocalReadout
+from andante.mapping.regressions import GaussianProcessReadout, PolynomialReadout
 from andante.mapping.slow_map import SlowMap, Source, Unit
 
 SCHEMA = 1

@@ -19,7 +19,8 @@ from andante.mapping.compact import CompactModel
 from andante.mapping.config import MapConfig, Positions
 from andante.mapping.frontend import FrontEnd, camera_and_size
 from andante.mapping.learning import Ground, Learnt, learn_slow, learning_edges, typical_radius
-from andante.mapping.readout import Located, Readout, fit_readout
+from andante.mapping.located import Located, Readout
+from andante.mapping.readout import fit_readout
 from andante.mapping.slow_map import MAX_SHARED_PICTURES, SlowMap, Source, Unit
 from andante.mapping.store import FeatureStore
 from andante.mapping.timing import TimedRecording

@@ -18,7 +18,7 @@ from andante.data import FloatArray, IndexArray
 from andante.errors import LearningError
 from andante.mapping.config import CalibrationConfig
 from andante.mapping.learning import Ground
-from andante.mapping.readout import Located
+from andante.mapping.located import Located
 
 Kind = Literal["sessions", "blocks", "none"]
 FoldLocator = Callable[[NDArray[np.bool_], NDArray[np.bool_]], tuple[Located, FloatArray]]

@@ -11,7 +11,9 @@ from andante.errors import MapError
 from andante.mapping.compact import CompactModel
 from andante.mapping.config import MAX_DEGREE
 from andante.mapping.frontend import FrontEnd
-from andante.mapping.readout import GaussianProcessReadout, LocalReadout, PolynomialReadout, Readout
+from andante.mapping.located import Readout
+from andante.mapping.readout import LocalReadout
+from andante.mapping.regressions import GaussianProcessReadout, PolynomialReadout
 
 
 def check_parts(front_end: FrontEnd, model: CompactModel, readout: Readout) -> None:

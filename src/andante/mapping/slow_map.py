@@ -17,7 +17,7 @@ from andante.mapping.calibration import Calibration
 from andante.mapping.compact import CompactModel
 from andante.mapping.config import MapConfig
 from andante.mapping.frontend import FrontEnd
-from andante.mapping.readout import Located, Readout, tempered
+from andante.mapping.located import Located, Readout, tempered
 from andante.protocols import Recording
 from andante.recordings import picture_fingerprint
 
