@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -128,6 +129,25 @@ def errors_m() -> Callable[[SlowMap, MemoryRecording], np.ndarray]:
         return np.array(errors)
 
     return measure
+
+
+@pytest.fixture(scope="session")
+def copied() -> Callable[..., MemoryRecording]:
+    """``copied(recording, place=..., images=...)`` is the recording with some of its values replaced."""
+
+    def copy(recording: MemoryRecording, **changes: Any) -> MemoryRecording:
+        infos = recording.infos
+        values = {
+            "reference": [info.reference for info in infos],
+            "odometry": [info.odometry for info in infos],
+            "place": [info.place for info in infos],
+            "name": recording.name,
+        }
+        pictures = changes.pop("images", [recording.load(info) for info in infos])
+        camera = changes.pop("camera", recording.camera)
+        return MemoryRecording(pictures, [info.timestamp_s for info in infos], camera, **(values | changes))
+
+    return copy
 
 
 @pytest.fixture

@@ -311,7 +311,9 @@ def test_a_header_that_was_tampered_with(files, tmp_path, change, message):
     assert message in refused(joined(header, arrays), tmp_path)
 
 
-@pytest.mark.parametrize("key", ["config", "asked", "camera", "image_shape", "calibration", "sources", "unit", "schema"])
+@pytest.mark.parametrize(
+    "key", ["config", "asked", "camera", "image_shape", "calibration", "sources", "unit", "schema"]
+)
 def test_a_header_that_lacks_something(files, tmp_path, key):
     header, arrays = parts(files["local"])
     del header[key]

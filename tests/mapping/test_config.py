@@ -41,7 +41,10 @@ def test_unknown_keys_are_named_with_what_is_allowed(values, key, allowed):
         ({"learning": {"ridge": float("nan")}}, "learning.ridge = nan is not allowed: input should be a finite number"),
         ({"learning": {"edge_ridge": float("inf")}}, "learning.edge_ridge = inf is not allowed"),
         ({"learning": {"invariance": -1}}, "learning.invariance = -1 is not allowed: input should be greater than or"),
-        ({"memory": {"max_frames": 99}}, "memory.max_frames = 99 is not allowed: input should be greater than or equal"),
+        (
+            {"memory": {"max_frames": 99}},
+            "memory.max_frames = 99 is not allowed: input should be greater than or equal",
+        ),
         ({"memory": {"keep": "perhaps"}}, "memory.keep = 'perhaps' is not allowed"),
         ({"calibration": {"coverage": 1.0}}, "calibration.coverage = 1.0 is not allowed: input should be less than 1"),
         ({"readout": {"degree": 5}}, "readout.degree = 5 is not allowed"),

@@ -69,17 +69,19 @@ def test_places_order_is_the_mean_path_and_the_scatter_inside_of_places(ground, 
     assert any(len(set(ground.session[frames])) == 2 for frames in cells.values())
     mean = {cell: x[frames].mean(axis=0) for cell, frames in cells.items()}
     between, total, within = np.zeros((12, 12)), 0.0, np.zeros((12, 12))
-    for one in cells:
+    for one, frames in cells.items():
         for other in cells:
             apart = (one[0] - other[0]) ** 2 + (one[1] - other[1]) ** 2
             if one < other and apart <= 2:
                 between += np.exp(-apart / 2) * np.outer(mean[one] - mean[other], mean[one] - mean[other])
                 total += np.exp(-apart / 2)
-        for frame in cells[one]:
+        for frame in frames:
             within += np.outer(x[frame] - mean[one], x[frame] - mean[one]) / 80
     for invariance in (0.0, 1.0, 7.0):
         moments = training_moments(features, ground, dataclasses.replace(PLACES, invariance=invariance), seed=0)
-        np.testing.assert_allclose(moments.edge_covariance, between / total + invariance * within, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(
+            moments.edge_covariance, between / total + invariance * within, rtol=1e-9, atol=1e-12
+        )
         np.testing.assert_allclose(moments.covariance, np.cov(x.T, bias=True), rtol=1e-6)
 
 
@@ -123,7 +125,9 @@ def test_restructured_order_depends_on_the_seed_alone(ground, features):
 
 def test_one_session_cannot_be_restructured_and_keeps_its_order(ground, features):
     alone = ground.session == 0
-    moments = [training_moments(features[alone], ground.subset(alone), recipe, 0) for recipe in (RESTRUCTURED, TEMPORAL)]
+    moments = [
+        training_moments(features[alone], ground.subset(alone), recipe, 0) for recipe in (RESTRUCTURED, TEMPORAL)
+    ]
     assert moments[0].n_edges == 39
     same_moments(*moments)
 
@@ -131,7 +135,9 @@ def test_one_session_cannot_be_restructured_and_keeps_its_order(ground, features
 @pytest.mark.parametrize("recipe", [PLACES, TEMPORAL])
 def test_no_edges_is_an_error_that_says_what_to_do(ground, features, recipe):
     apart = Ground(ground.xy * 100 + ground.session[:, None], ground.session, 2 * ground.number, 0.001)
-    with pytest.raises(LearningError, match=r"no two of the 80 frames belong together.*record more frames or") as caught:
+    with pytest.raises(
+        LearningError, match=r"no two of the 80 frames belong together.*record more frames or"
+    ) as caught:
         training_moments(features, apart, recipe, 0)
     assert "raise learning.place_radius_m" in str(caught.value) or recipe is PLACES
 

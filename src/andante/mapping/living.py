@@ -30,7 +30,7 @@ from andante.mapping.slow_map import SlowMap, Unit
 from andante.protocols import Recording
 from andante.sfa import one_thread
 
-_FEWEST_FRAMES = 10
+_FEWEST_FRAMES, _FEWEST_PLACES = 10, 5
 _LEAST_AGREEING = 0.5
 _MOST_CONTRADICTING = 0.15
 _LARGEST_SHIFT_RADII = 0.75
@@ -171,10 +171,11 @@ def _tried(slowmap: SlowMap, memory: Sequence[MappedSession], session: MappedSes
     if slowmap.learnt_from(session.source.content_hash):
         raise RecordingError(f"recording {session.source.name!r} is in the map already; leave it out")
     require_distinct([*memory, session])
-    if len(session) < _FEWEST_FRAMES:
+    places = len(np.unique(np.floor(session.xy / _radius_of(slowmap)), axis=0))
+    if places < _FEWEST_PLACES:
         raise SessionRefusedError(
-            f"recording {session.source.name!r} has {len(session)} images of a robot that drives, at least "
-            f"{_FEWEST_FRAMES} are needed: did it stand in its dock? The map stays as it was"
+            f"recording {session.source.name!r} has {len(session)} images of {places} places, at least "
+            f"{_FEWEST_PLACES} places are needed: did the robot stand in its dock? The map stays as it was"
         )
     with one_thread():
         trial = _trial_of(slowmap, memory, session)
@@ -187,9 +188,7 @@ def _tried(slowmap: SlowMap, memory: Sequence[MappedSession], session: MappedSes
 
 
 def _trial_of(slowmap: SlowMap, memory: Sequence[MappedSession], session: MappedSession) -> Trial:
-    config = slowmap.config
-    radius = config.learning.place_radius_m
-    assert radius is not None  # a map resolves it
+    config, radius = slowmap.config, _radius_of(slowmap)
     mapped = KDTree(np.concatenate([one.xy for one in memory]))
     overlap = np.asarray(mapped.query(session.xy)[0]) <= radius
     seen = session.subset(overlap)
@@ -210,6 +209,12 @@ def _trial_of(slowmap: SlowMap, memory: Sequence[MappedSession], session: Mapped
         radius=radius,
         unit=slowmap.unit,
     )
+
+
+def _radius_of(slowmap: SlowMap) -> float:
+    radius = slowmap.config.learning.place_radius_m
+    assert radius is not None  # a map resolves it
+    return radius
 
 
 def _share(true: NDArray[np.bool_]) -> float:
