@@ -17,6 +17,9 @@ from andante.data import FloatArray, IndexArray
 from andante.errors import ArrayError, ConfigError, RecordingError
 from andante.sequences.pose_graph import Closures, DriftNoise, Steps, fit_path, wrapped
 
+_CLOSURE_M, _CLOSURE_RAD = 0.05, 0.03
+"""How exactly a robot on a wire is where it was before: half a frame along, a few centimetres across."""
+_CORRELATION = 2.5
 _FRAME_S = 0.2
 """Time from frame to frame where there are no time stamps: only the share of the gyro bias depends on it."""
 
@@ -47,8 +50,8 @@ def close_wire_loop(
     pairs: Sequence[tuple[int, int]] | ArrayLike | None = None,
     relative: ArrayLike | None = None,
     noise: DriftNoise | None = None,
-    max_gap_share: float = 0.05,
-    max_heading_rad: float = 1.0,
+    max_gap_share: float = 0.04,
+    max_heading_rad: float = 1.5,
 ) -> ClosedLoop:
     """Correct the drift of a drive along a border that comes back to where it began.
 
@@ -73,10 +76,14 @@ def close_wire_loop(
     travelled = np.concatenate([[0.0], np.cumsum(np.hypot(steps.ahead_m, steps.left_m))])
     length = float(np.median(travelled[closures.first] - travelled[closures.second]))
     error = float(np.median(heading_error))
-    _check_closed(error, remaining, length, max_gap_share, max_heading_rad)
-    fitted = fit_path(path, times, noise or DriftNoise(), closures=closures, initial=initial)
     turned = path[closures.first, 2] + closures.relative[:, 2] - path[closures.second, 2] - heading_error
     turns = round(float(np.median(turned)) / (2.0 * np.pi))
+    _check_closed(error, remaining, length, max_gap_share, max_heading_rad)
+    if pairs is None and turns == 0:
+        raise RecordingError(
+            "this drive is no lap: from its first to its last frame it made no full turn; name the frames that meet as pairs"
+        )
+    fitted = fit_path(path, times, noise or DriftNoise(), closures=closures, initial=initial)
     return ClosedLoop(
         fitted.poses, error, float(np.median(gap)), remaining, length, turns, fitted.gyro_bias_rad_s
     )
@@ -112,7 +119,15 @@ def _closures(path: FloatArray, pairs: Sequence[tuple[int, int]] | ArrayLike | N
     seen = np.asarray(relative, np.float64)
     if seen.shape not in ((3,), (len(given), 3)) or not np.isfinite(seen).all():
         raise ArrayError(f"relative has to be x, y, heading (3,) or one for each pair ({len(given)}, 3), got {seen.shape}")
-    return Closures(later, earlier, np.broadcast_to(seen, (len(given), 3)).copy())
+    # Pairs that follow each other share the deviation from the line: together they know hardly more than each of them.
+    correlation = min(float(np.sqrt(len(given))), _CORRELATION)
+    return Closures(
+        later,
+        earlier,
+        np.broadcast_to(seen, (len(given), 3)).copy(),
+        _CLOSURE_M * correlation,
+        _CLOSURE_RAD * correlation,
+    )
 
 
 def _next_step(path: FloatArray) -> FloatArray:

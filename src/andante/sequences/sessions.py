@@ -1,0 +1,251 @@
+"""Several drives along one border, each with odometry of its own, in the frame of the first one.
+
+Sequential and causal: a drive is registered with those before it and never changes them, so a map that learns a new
+drive is the map that would have been built from all at once.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from andante.data import FloatArray, IndexArray
+from andante.errors import ArrayError, ConfigError, RecordingError
+from andante.sequences.alignment import Correspondences, align_sequences
+from andante.sequences.closure import ClosedLoop, checked_odometry, close_wire_loop
+from andante.sequences.likeness import FeatureArray, checked_features
+from andante.sequences.pose_graph import Anchors, DriftNoise, fit_path
+from andante.sequences.registration import Registration, fit_similarity
+from andante.sequences.revisits import find_loop_closures
+
+_OVERLAP = 8
+"""Pairs of revisiting frames from which on a drive counts as longer than one lap."""
+_MIN_EVIDENCE = 0.1
+"""Mean confidence of a drive's frames, those that do not fit counted as 0; other gardens gave up to 0.13 of it, but
+with a share of fitting frames far below a half."""
+_BENDS = 3
+
+
+@dataclass(frozen=True, slots=True)
+class SessionReport:
+    """How a drive came into the common frame.
+
+    ``closing`` is the drive closed on itself, ``None`` where it does not close; ``registration`` where it lies as a
+    whole, ``None`` for the first one and for one that does not fit; ``references`` the earlier drives it was registered
+    with; ``kept`` and ``rejected`` how many correspondences with all of them agree with the final path, ``residual_m``
+    their median distance from it; ``reverse`` whether it was driven in the other direction. ``misfit`` says why it was
+    left out, empty where it was not.
+    """
+
+    closing: ClosedLoop | None
+    registration: Registration | None = None
+    references: tuple[int, ...] = ()
+    kept: int = 0
+    rejected: int = 0
+    residual_m: float = 0.0
+    reverse: bool = False
+    misfit: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class RegisteredSession:
+    """One drive: features (n, d), ``poses`` (n, 3) x, y, heading in the common frame, NaN where it does not fit."""
+
+    features: FeatureArray
+    poses: FloatArray
+    report: SessionReport
+
+    @property
+    def xy_m(self) -> FloatArray:
+        """(n, 2) positions."""
+        return self.poses[:, :2]
+
+    @property
+    def heading_rad(self) -> FloatArray:
+        """(n,) headings, unwrapped."""
+        return self.poses[:, 2]
+
+
+@dataclass(frozen=True, slots=True)
+class _Match:
+    """What one earlier drive says of the places of a new one's frames."""
+
+    number: int
+    aligned: Correspondences
+    target_m: FloatArray
+
+
+def register_sessions(
+    features: Sequence[ArrayLike],
+    odometry: Sequence[ArrayLike],
+    timestamp_s: Sequence[ArrayLike] | None = None,
+    *,
+    misfits: Literal["refuse", "leave_out"] = "refuse",
+    noise: DriftNoise | None = None,
+    anchor_m: float = 0.15,
+    inlier_m: float = 0.6,
+    seed: int = 0,
+) -> list[RegisteredSession]:
+    """The drives of one border, in the frame of the first one's odometry, one after the other.
+
+    For each drive ``features`` (n_i, d) of one heading-invariant encoder, ``odometry`` (n_i, 3) x, y, heading in a
+    frame of its own, and ``timestamp_s`` (n_i,). The first drive has to be a lap or more; later ones may be parts.
+    ``misfits``: whether a drive that belongs somewhere else raises, or comes back with NaN poses and a report that
+    says why. All else is as in ``register_session``.
+    Raises ``RecordingError`` naming the drive, ``ArrayError`` for other shapes.
+    """
+    times = [None] * len(features) if timestamp_s is None else list(timestamp_s)
+    if not len(features) == len(odometry) == len(times) or len(times) == 0:
+        raise ArrayError(
+            f"features, odometry and timestamp_s need one entry per drive, at least one; got {len(features)}, "
+            f"{len(odometry)} and {len(times)}"
+        )
+    if misfits not in ("refuse", "leave_out"):
+        raise ConfigError(f"misfits={misfits!r}: has to be 'refuse' or 'leave_out'")
+    sessions: list[RegisteredSession] = []
+    for number, (seen, driven, when) in enumerate(zip(features, odometry, times, strict=True)):
+        try:
+            sessions.append(
+                register_session(
+                    seen, driven, when, earlier=sessions, noise=noise, anchor_m=anchor_m, inlier_m=inlier_m, seed=seed
+                )
+            )
+        except RecordingError as error:
+            # Without the first drive there is no frame.
+            if number == 0 or misfits == "refuse":
+                raise RecordingError(f"drive {number}: {error}") from None
+            values = checked_features(seen, "features")
+            nowhere = np.full((len(values), 3), np.nan)
+            sessions.append(RegisteredSession(values, nowhere, SessionReport(None, misfit=str(error))))
+    return sessions
+
+
+def register_session(
+    features: ArrayLike,
+    odometry: ArrayLike,
+    timestamp_s: ArrayLike | None = None,
+    *,
+    earlier: Sequence[RegisteredSession],
+    noise: DriftNoise | None = None,
+    anchor_m: float = 0.15,
+    inlier_m: float = 0.6,
+    seed: int = 0,
+) -> RegisteredSession:
+    """One more drive in the frame of ``earlier`` ones, which stay as they are; the first drive makes the frame.
+
+    The drive is closed on itself where it is a lap or more, aligned with every earlier drive by features, placed as a
+    whole by the correspondences on which most agree, and bent to fit them as far as ``noise`` of its odometry allows.
+    ``anchor_m`` is the standard deviation of one frame's correspondence, neighbouring frames err alike; those further
+    off than ``inlier_m`` are rejected. Raises ``RecordingError`` where the drive does not fit, or where the first one
+    does not close; ``ArrayError`` for other shapes.
+    """
+    values = checked_features(features, "features")
+    path, times = checked_odometry(odometry, timestamp_s)
+    if len(path) != len(values):
+        raise ArrayError(f"features has {len(values)} frames, odometry {len(path)}: one of each per frame")
+    if not (0 < anchor_m < np.inf and 0 < inlier_m < np.inf):
+        raise ConfigError(f"anchor_m={anchor_m}, inlier_m={inlier_m}: both have to be distances above 0 m")
+    noise = noise or DriftNoise()
+    known = [number for number, one in enumerate(earlier) if not one.report.misfit]
+    closing = _closed(values, path, times, noise, required=not known)
+    if closing is not None and not known:
+        return RegisteredSession(values, closing.poses, SessionReport(closing))
+    start = path if closing is None else closing.poses
+    matches, refusal = _matches(values, start, [(number, earlier[number]) for number in known], inlier_m, seed)
+    if not matches:
+        raise RecordingError(refusal)
+    frames = np.concatenate([match.aligned.first for match in matches])
+    target = np.concatenate([match.target_m for match in matches])
+    confidence = np.concatenate([match.aligned.confidence for match in matches])
+    whole = fit_similarity(start[frames, :2], target, confidence, inlier_m=inlier_m, seed=seed)
+    poses, kept, residual = _bent(whole.apply(start), path, times, noise, (frames, target, confidence), anchor_m, inlier_m)
+    report = SessionReport(
+        closing,
+        whole,
+        tuple(match.number for match in matches),
+        int(kept.sum()),
+        int((~kept).sum()),
+        residual,
+        matches[0].aligned.reverse,
+    )
+    return RegisteredSession(values, poses, report)
+
+
+def _closed(
+    features: FeatureArray, path: FloatArray, times: FloatArray, noise: DriftNoise, *, required: bool
+) -> ClosedLoop | None:
+    """The drive closed where it revisits itself in its own direction, else as a single lap; ``None`` where it is none."""
+    revisits = find_loop_closures(features, path)
+    turned = path[revisits.later, 2] - path[revisits.earlier, 2]
+    pairs = revisits.pairs[np.cos(turned) > 0]
+    try:
+        return close_wire_loop(path, times, pairs=pairs if len(pairs) >= _OVERLAP else None, noise=noise)
+    except RecordingError:
+        if required:
+            raise
+        return None
+
+
+def _matches(
+    features: FeatureArray,
+    poses: FloatArray,
+    known: Sequence[tuple[int, RegisteredSession]],
+    inlier_m: float,
+    seed: int,
+) -> tuple[list[_Match], str]:
+    """The earlier drives that a new one fits, and why the last one of the others does not."""
+    matches, refusal = [], ""
+    for number, reference in known:
+        aligned = align_sequences(features, reference.features, cyclic=reference.report.closing is not None)
+        target = _places(reference.xy_m, aligned)
+        try:
+            fitted = fit_similarity(poses[:, :2], target, aligned.confidence, inlier_m=inlier_m, seed=seed)
+        except RecordingError as error:
+            refusal = str(error)
+            continue
+        evidence = float((aligned.confidence * fitted.kept).mean())
+        if evidence < _MIN_EVIDENCE:
+            refusal = (
+                f"this drive does not fit: too few of its frames are recognised (confidence {evidence:.2f}, at least "
+                f"{_MIN_EVIDENCE} is needed); is it the same place?"
+            )
+            continue
+        matches.append(_Match(number, aligned, target))
+    return matches, refusal
+
+
+def _places(xy_m: FloatArray, aligned: Correspondences) -> FloatArray:
+    """(k, 2) where the reference was at the matched parts of frames, between its frames."""
+    at = xy_m[aligned.second]
+    beside = xy_m[(aligned.second + np.sign(aligned.offset).astype(np.int64)) % len(xy_m)]
+    step = np.hypot(*np.diff(xy_m, axis=0).T)
+    # The frame after the last one is the first one only where the reference is just one lap.
+    close = np.hypot(*(beside - at).T) <= 3.0 * np.median(step)
+    return np.asarray(at + np.where(close, np.abs(aligned.offset), 0.0)[:, None] * (beside - at), np.float64)
+
+
+def _bent(
+    poses: FloatArray,
+    path: FloatArray,
+    times: FloatArray,
+    noise: DriftNoise,
+    evidence: tuple[IndexArray, FloatArray, FloatArray],
+    anchor_m: float,
+    inlier_m: float,
+) -> tuple[FloatArray, np.ndarray, float]:
+    """The most likely path given the correspondences that lie near it, which of them do, and their median distance."""
+    frames, target, confidence = evidence
+    # Drives that agree about a frame share the frame's own error: more of them make it hardly more certain.
+    deviation = anchor_m * np.sqrt(np.bincount(frames)[frames]) / np.sqrt(np.maximum(confidence, 0.05))
+    for _ in range(_BENDS):
+        kept = np.hypot(*(poses[frames, :2] - target).T) <= inlier_m
+        anchors = Anchors(frames[kept], target[kept], deviation[kept])
+        poses = fit_path(path, times, noise, anchors=anchors, initial=poses).poses
+    distance = np.hypot(*(poses[frames, :2] - target).T)
+    kept = distance <= inlier_m
+    return poses, kept, float(np.median(distance[kept]))
