@@ -1,8 +1,8 @@
 """A drive along a border that comes back to where it began: its drift taken out.
 
 After Einecke et al. (2018), who close the loop of a boundary wire by its heading first. Here the most likely path is
-found instead of a share that is spread over the turns (``pose_graph``), which on simulated drives leaves half of their
-largest error of heading (``benchmarks/closure.py``).
+found (``pose_graph``) instead of spreading the error over the turns, which on simulated drives halves the error of
+heading (``benchmarks/closure.py``).
 """
 
 from __future__ import annotations
@@ -28,10 +28,11 @@ _FRAME_S = 0.2
 class ClosedLoop:
     """A drive whose ends meet: ``poses`` (n, 3) x, y in metres and heading in radians, unwrapped.
 
-    Beside it how far the ends were from meeting, for a person to judge: ``heading_error_rad`` of the odometry at the
-    closure (the median of several), ``position_error_m`` there and ``remaining_error_m`` after a constant gyro bias
-    has been taken out, which is what is compared with the ``length_m`` driven. ``turns`` is the number of full turns
-    between start and end, counter-clockwise positive; ``gyro_bias_rad_s`` and ``scale`` are estimates of the errors.
+    Beside it how far the ends were from meeting, for a person to judge: ``heading_error_rad`` is how much too far
+    counter-clockwise odometry turned until the closure (the median of several), ``position_error_m`` its gap there,
+    and ``remaining_error_m`` the gap after a constant gyro bias has been taken out, which is what is compared with the
+    ``length_m`` driven. ``turns`` is the number of full turns between start and end, counter-clockwise positive;
+    ``gyro_bias_rad_s`` the estimate of the gyro's bias.
     """
 
     poses: FloatArray
@@ -50,7 +51,7 @@ def close_wire_loop(
     pairs: Sequence[tuple[int, int]] | ArrayLike | None = None,
     relative: ArrayLike | None = None,
     noise: DriftNoise | None = None,
-    max_gap_share: float = 0.04,
+    max_gap_share: float = 0.06,
     max_heading_rad: float = 1.5,
 ) -> ClosedLoop:
     """Correct the drift of a drive along a border that comes back to where it began.
@@ -61,8 +62,9 @@ def close_wire_loop(
     pose of the earlier one as seen by the robot at the later one: x ahead, y left, heading. By default a given pair is
     the same pose, and the first frame is one more step, like the last one, away from the last frame: a recorded lap
     ends just before its start. The first pose stays as it is.
-    Raises ``ArrayError`` for other shapes or unknown poses, ``RecordingError`` where a pair is further apart than
-    ``max_gap_share`` of the way between, or its headings differ by more than ``max_heading_rad`` from full turns.
+    Raises ``ArrayError`` for other shapes or unknown poses, ``ConfigError`` for values out of range, ``RecordingError``
+    where headings differ by more than ``max_heading_rad`` from full turns, where the gap that a constant bias leaves is
+    more than ``max_gap_share`` of the way between, or where a drive without ``pairs`` made no full turn.
     """
     path, times = checked_odometry(odometry, timestamp_s)
     closures = _closures(path, pairs, relative)
@@ -81,12 +83,11 @@ def close_wire_loop(
     _check_closed(error, remaining, length, max_gap_share, max_heading_rad)
     if pairs is None and turns == 0:
         raise RecordingError(
-            "this drive is no lap: from its first to its last frame it made no full turn; name the frames that meet as pairs"
+            "this drive is no lap: it made no full turn from its first to its last frame; name the frames that meet "
+            "as pairs"
         )
     fitted = fit_path(path, times, noise or DriftNoise(), closures=closures, initial=initial)
-    return ClosedLoop(
-        fitted.poses, error, float(np.median(gap)), remaining, length, turns, fitted.gyro_bias_rad_s
-    )
+    return ClosedLoop(fitted.poses, error, float(np.median(gap)), remaining, length, turns, fitted.gyro_bias_rad_s)
 
 
 def checked_odometry(odometry: ArrayLike, timestamp_s: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
@@ -98,7 +99,7 @@ def checked_odometry(odometry: ArrayLike, timestamp_s: ArrayLike | None) -> tupl
         missing = int((~np.isfinite(path).all(axis=1)).sum())
         raise ArrayError(f"odometry is unknown in {missing} of {len(path)} frames; leave these frames out")
     path[:, 2] = np.unwrap(path[:, 2])
-    times = _FRAME_S * np.arange(len(path)) if timestamp_s is None else np.array(timestamp_s, dtype=np.float64)
+    times = np.array(_FRAME_S * np.arange(len(path)) if timestamp_s is None else timestamp_s, dtype=np.float64)
     if times.shape != (len(path),):
         raise ArrayError(f"timestamp_s has shape {times.shape}, but odometry has {len(path)} frames: one time each")
     if not (np.diff(times) > 0).all():
@@ -106,7 +107,9 @@ def checked_odometry(odometry: ArrayLike, timestamp_s: ArrayLike | None) -> tupl
     return path, times
 
 
-def _closures(path: FloatArray, pairs: Sequence[tuple[int, int]] | ArrayLike | None, relative: ArrayLike | None) -> Closures:
+def _closures(
+    path: FloatArray, pairs: Sequence[tuple[int, int]] | ArrayLike | None, relative: ArrayLike | None
+) -> Closures:
     """The pairs, later frame first, with the pose of the earlier one as seen from there."""
     given: IndexArray = np.array([[0, len(path) - 1]] if pairs is None else pairs, dtype=np.int64)
     if given.ndim != 2 or given.shape[1] != 2 or len(given) == 0:
@@ -118,13 +121,17 @@ def _closures(path: FloatArray, pairs: Sequence[tuple[int, int]] | ArrayLike | N
         relative = _next_step(path) if pairs is None else np.zeros(3)
     seen = np.asarray(relative, np.float64)
     if seen.shape not in ((3,), (len(given), 3)) or not np.isfinite(seen).all():
-        raise ArrayError(f"relative has to be x, y, heading (3,) or one for each pair ({len(given)}, 3), got {seen.shape}")
+        raise ArrayError(
+            f"relative has to be x, y, heading (3,) or one for each pair ({len(given)}, 3), got {seen.shape}"
+        )
+    seen = np.broadcast_to(seen, (len(given), 3)).copy()
+    seen[:, 2] = wrapped(seen[:, 2])
     # Pairs that follow each other share the deviation from the line: together they know hardly more than each of them.
     correlation = min(float(np.sqrt(len(given))), _CORRELATION)
     return Closures(
         later,
         earlier,
-        np.broadcast_to(seen, (len(given), 3)).copy(),
+        seen,
         _CLOSURE_M * correlation,
         _CLOSURE_RAD * correlation,
     )
@@ -132,7 +139,7 @@ def _closures(path: FloatArray, pairs: Sequence[tuple[int, int]] | ArrayLike | N
 
 def _next_step(path: FloatArray) -> FloatArray:
     """One more step like the last one, in the robot's frame (3,)."""
-    return _relative(path[-2:-1], path[-1:])[0]
+    return _relative(path[-2:-1], path[-1:]).reshape(3)
 
 
 def _relative(first: FloatArray, second: FloatArray) -> FloatArray:
@@ -144,7 +151,7 @@ def _relative(first: FloatArray, second: FloatArray) -> FloatArray:
 def _closing_errors(path: FloatArray, closures: Closures) -> tuple[FloatArray, FloatArray]:
     """Of each pair how much too far odometry turned (c,) between, full turns aside, and its gap in metres (c,)."""
     missed = closures.relative - _relative(path[closures.first], path[closures.second])
-    return wrapped(missed[:, 2]), np.hypot(missed[:, 0], missed[:, 1])
+    return wrapped(missed[:, 2]), np.asarray(np.hypot(missed[:, 0], missed[:, 1]), np.float64)
 
 
 def _check_closed(

@@ -16,7 +16,9 @@ def checked_features(features: ArrayLike, name: str) -> FeatureArray:
     """Features (n, d) in float32, finite, of at least three frames."""
     values = np.asarray(features, dtype=np.float32)
     if values.ndim != 2 or len(values) < 3 or values.shape[1] == 0:
-        raise ArrayError(f"{name} has to be one feature vector for each of at least 3 frames (n, d), got {values.shape}")
+        raise ArrayError(
+            f"{name} has to be one feature vector for each of at least 3 frames (n, d), got {values.shape}"
+        )
     if not np.isfinite(values).all():
         bad = int((~np.isfinite(values).all(axis=1)).sum())
         raise ArrayError(f"{name} holds NaN or infinity in {bad} of {len(values)} frames; leave these frames out")

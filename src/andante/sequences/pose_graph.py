@@ -21,8 +21,8 @@ from andante.errors import ConfigError
 
 _ITERATIONS = 30
 _CONVERGED = 1e-7
-_HUBER = 3.0
-"""Beyond so many deviations a tie pulls with constant force, so that a wrong one cannot tear the path apart."""
+_TRUSTED = 3.0
+"""Beyond so many deviations a tie pulls less and less (Cauchy's weights), so that wrong ones do not bend the path."""
 _FLOOR_M, _FLOOR_RAD = 1e-3, 1e-3
 """Standard deviation of one step of a robot that stands still."""
 
@@ -88,7 +88,7 @@ class _System:
     residuals: list[FloatArray] = field(default_factory=list)
 
     def add(self, residual: FloatArray, weight: FloatArray, terms: list[tuple[IndexArray, FloatArray]]) -> None:
-        """k equations: residuals (k,), their weights (k,), and for each unknown its columns (k,), derivatives (k,)."""
+        """Equations with residuals (k,), weights (k,), and of each unknown the columns (k,) and derivatives (k,)."""
         rows = self.count + np.arange(len(residual))
         for columns, values in terms:
             self.rows.append(rows)
@@ -145,11 +145,11 @@ def fit_path(
     n = len(odometry)
     steps = Steps.of(odometry, timestamp_s)
     poses = np.array(odometry if initial is None else initial, np.float64)
-    bias = scale = 0.0
+    errors = np.zeros(2)  # gyro bias and scale
     for _ in range(_ITERATIONS):
         system = _System(3 * n + 2)
-        _tie_steps(system, poses, steps, noise, bias, scale)
-        _tie_errors(system, noise, bias, scale)
+        _tie_steps(system, poses, steps, noise, errors)
+        _tie_errors(system, noise, errors)
         # The first pose is held, by a thread only where anchors say where it is.
         _tie_start(system, 1e6 if anchors is None else 1e-6)
         if closures is not None:
@@ -158,16 +158,15 @@ def fit_path(
             _tie_anchors(system, poses, anchors)
         change = system.solution()
         poses = poses + change[:-2].reshape(n, 3)
-        bias, scale = bias + float(change[-2]), scale + float(change[-1])
+        errors = errors + change[-2:]
         if np.abs(change).max() < _CONVERGED:
             break
-    return FittedPath(poses, bias, scale)
+    return FittedPath(poses, float(errors[0]), float(errors[1]))
 
 
-def _tie_steps(
-    system: _System, poses: FloatArray, steps: Steps, noise: DriftNoise, bias: float, scale: float
-) -> None:
+def _tie_steps(system: _System, poses: FloatArray, steps: Steps, noise: DriftNoise, errors: FloatArray) -> None:
     """Each pose and the next: (1 + scale) times the measured way, the measured turn less the bias."""
+    bias, scale = errors
     now = Steps.of(poses, np.zeros(len(poses)))
     way = np.hypot(steps.ahead_m, steps.left_m)
     cos, sin = _directions(poses)
@@ -188,11 +187,11 @@ def _tie_steps(
     system.add(now.turn_rad - steps.turn_rad + bias * steps.duration_s, weight, terms)
 
 
-def _tie_errors(system: _System, noise: DriftNoise, bias: float, scale: float) -> None:
+def _tie_errors(system: _System, noise: DriftNoise, errors: FloatArray) -> None:
     """The drive's bias and scale are small."""
     columns = np.array([system.size - 2, system.size - 1])
     weight = 1.0 / np.array([noise.gyro_rad_s, noise.scale])
-    system.add(np.array([bias, scale]), weight, [(columns, np.ones(2))])
+    system.add(errors, weight, [(columns, np.ones(2))])
 
 
 def _tie_start(system: _System, weight: float) -> None:
@@ -208,26 +207,28 @@ def _tie_closures(system: _System, poses: FloatArray, closures: Closures) -> Non
     ahead, left = cos * dx + sin * dy, cos * dy - sin * dx
     error = np.column_stack([ahead, left, second[:, 2] - first[:, 2]]) - closures.relative
     error[:, 2] = wrapped(error[:, 2])
-    force = _huber(np.hypot(error[:, 0], error[:, 1]) / closures.deviation_m) / closures.deviation_m
+    force = _trust(np.hypot(error[:, 0], error[:, 1]) / closures.deviation_m) / closures.deviation_m
     a, b = 3 * closures.first, 3 * closures.second
     system.add(error[:, 0], force, [(b, cos), (b + 1, sin), (a, -cos), (a + 1, -sin), (a + 2, left)])
     system.add(error[:, 1], force, [(b, -sin), (b + 1, cos), (a, sin), (a + 1, -cos), (a + 2, -ahead)])
     one = np.ones(len(a))
-    force = _huber(error[:, 2] / closures.deviation_rad) / closures.deviation_rad
+    force = _trust(error[:, 2] / closures.deviation_rad) / closures.deviation_rad
     system.add(error[:, 2], force, [(b + 2, one), (a + 2, -one)])
 
 
 def _tie_anchors(system: _System, poses: FloatArray, anchors: Anchors) -> None:
     """Some poses lie where they are known to lie."""
     error = poses[anchors.frame, :2] - anchors.xy_m
-    force = _huber(np.hypot(error[:, 0], error[:, 1]) / anchors.deviation_m) / anchors.deviation_m
+    force = _trust(np.hypot(error[:, 0], error[:, 1]) / anchors.deviation_m) / anchors.deviation_m
     for axis in (0, 1):
         system.add(error[:, axis], force, [(3 * anchors.frame + axis, np.ones(len(force)))])
 
 
-def _huber(deviations: FloatArray) -> FloatArray:
-    """Square root of Huber's weights for residuals in units of their deviation."""
-    return np.sqrt(_HUBER / np.maximum(np.abs(deviations), _HUBER))
+def _trust(deviations: FloatArray) -> FloatArray:
+    """Square root of Cauchy's weights for residuals in units of their deviation; what stands alone is believed."""
+    if len(deviations) == 1:
+        return np.ones(1)
+    return 1.0 / np.sqrt(1.0 + np.square(deviations / _TRUSTED))
 
 
 def _directions(poses: FloatArray) -> tuple[FloatArray, FloatArray]:

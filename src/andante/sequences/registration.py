@@ -19,6 +19,8 @@ _REFINEMENTS = 10
 _BASE_M = 2.0
 """Two correspondences closer together than this say too little about a rotation."""
 _FEWEST = 10
+_Transform = tuple[float, FloatArray, float]
+"""Angle, shift and scale."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +55,38 @@ class Registration:
         return values
 
 
+@dataclass(frozen=True, slots=True)
+class _Ties:
+    """Places ``source`` and ``target`` (k, 2) that ought to coincide, and how much each pair counts."""
+
+    source: FloatArray
+    target: FloatArray
+    weight: FloatArray
+
+    @classmethod
+    def checked(cls, source_m: ArrayLike, target_m: ArrayLike, confidence: ArrayLike | None) -> _Ties:
+        """What a user gave, with its shapes and values checked."""
+        source, target = np.asarray(source_m, np.float64), np.asarray(target_m, np.float64)
+        weight = np.asarray(np.ones(len(source)) if confidence is None else confidence, np.float64)
+        if source.ndim != 2 or source.shape[1] != 2 or source.shape != target.shape or weight.shape != (len(source),):
+            raise ArrayError(
+                f"source_m and target_m have to be (k, 2) and confidence (k,), one of each per correspondence; got "
+                f"shapes {source.shape}, {target.shape}, {weight.shape}"
+            )
+        if not (np.isfinite(source).all() and np.isfinite(target).all() and (weight >= 0).all() and len(source)):
+            raise ArrayError("correspondences have to be at least one, finite, their confidence not below 0")
+        return cls(source, target, weight)
+
+    def of(self, chosen: NDArray[np.bool_]) -> _Ties:
+        """Some of them."""
+        return _Ties(self.source[chosen], self.target[chosen], self.weight[chosen])
+
+    def distance_m(self, angle_rad: float, shift_m: FloatArray, scale: float) -> FloatArray:
+        """(k,) how far apart they are after a transform of the source."""
+        moved = scale * self.source @ _rotation(np.array([angle_rad]))[0].T + shift_m
+        return np.asarray(np.linalg.norm(moved - self.target, axis=1), np.float64)
+
+
 def fit_similarity(
     source_m: ArrayLike,
     target_m: ArrayLike,
@@ -73,40 +107,35 @@ def fit_similarity(
     Raises ``RecordingError`` where fewer than 10 or less than ``min_kept_share`` of them agree: the places do
     not belong together; ``ArrayError`` for other shapes, ``ConfigError`` for values out of range.
     """
-    source, target = np.asarray(source_m, np.float64), np.asarray(target_m, np.float64)
-    weight = np.ones(len(source)) if confidence is None else np.asarray(confidence, np.float64)
-    _check(source, target, weight, inlier_m, max_scale_error, min_kept_share)
+    ties = _Ties.checked(source_m, target_m, confidence)
+    if not (0 < inlier_m < np.inf and 0 <= max_scale_error < 0.5 and 0 < min_kept_share <= 1):
+        raise ConfigError(
+            f"inlier_m={inlier_m}, max_scale_error={max_scale_error}, min_kept_share={min_kept_share}: have to be "
+            f"above 0, in [0, 0.5) and in (0, 1]"
+        )
     limit = max_scale_error if with_scale else 0.0
-    fitted = _best_guess(source, target, weight, inlier_m, limit, np.random.default_rng(seed))
-    kept = np.zeros(len(source), np.bool_)
-    for _ in range(_REFINEMENTS if fitted is not None else 0):
-        distance = np.hypot(*(_moved(source, *fitted) - target).T)
-        if np.array_equal(kept, distance <= inlier_m):
+    fitted = _best_guess(ties, inlier_m, limit, np.random.default_rng(seed))
+    kept = np.zeros(len(ties.source), np.bool_)
+    for _ in range(_REFINEMENTS):
+        if fitted is None:
             break
-        kept = distance <= inlier_m
-        if weight[kept].sum() <= 0:
+        near = ties.distance_m(*fitted) <= inlier_m
+        if np.array_equal(kept, near) or ties.weight[near].sum() <= 0:
             break
-        fitted = _least_squares(source[kept], target[kept], weight[kept], limit)
-    share = float(kept.mean())
-    if fitted is None or kept.sum() < _FEWEST or share < min_kept_share:
+        kept = near
+        fitted = _least_squares(ties.of(kept), limit)
+    if fitted is None or kept.sum() < _FEWEST or kept.mean() < min_kept_share:
         raise RecordingError(
-            f"this drive does not fit: {int(kept.sum())} of {len(kept)} correspondences ({share:.0%}) agree "
-            f"within {inlier_m:g} m, at least {_FEWEST} and {min_kept_share:.0%} are needed; is it the same place?"
+            f"this drive does not fit: {kept.sum()} of {len(kept)} correspondences agree within {inlier_m:g} m, "
+            f"at least {_FEWEST} and {min_kept_share:.0%} of all are needed; is it the same place?"
         )
     angle, shift, scale = fitted
-    residual = np.hypot(*(_moved(source[kept], *fitted) - target[kept]).T)
-    return Registration(angle, shift, scale, kept, float(np.median(residual)))
+    return Registration(angle, shift, scale, kept, float(np.median(ties.distance_m(*fitted)[kept])))
 
 
-def _best_guess(
-    source: FloatArray,
-    target: FloatArray,
-    weight: FloatArray,
-    inlier_m: float,
-    limit: float,
-    rng: np.random.Generator,
-) -> tuple[float, FloatArray, float] | None:
+def _best_guess(ties: _Ties, inlier_m: float, limit: float, rng: np.random.Generator) -> _Transform | None:
     """Of many transforms through two correspondences the one with the best truncated squares, ``None`` if none fits."""
+    source, target, weight = ties.source, ties.target, ties.weight
     if len(source) < 2 or weight.sum() <= 0:
         return None
     a, b = rng.choice(len(source), (2, _TRIALS), p=weight / weight.sum())
@@ -127,10 +156,9 @@ def _best_guess(
     return float(angle[best]), shift[best], float(scale[best])
 
 
-def _least_squares(
-    source: FloatArray, target: FloatArray, weight: FloatArray, limit: float
-) -> tuple[float, FloatArray, float]:
+def _least_squares(ties: _Ties, limit: float) -> _Transform:
     """Angle, shift and scale with the smallest weighted squares (Umeyama 1991, in the plane)."""
+    source, target, weight = ties.source, ties.target, ties.weight
     centre, goal = np.average(source, 0, weight), np.average(target, 0, weight)
     a, b = source - centre, target - goal
     along = float(weight @ (a * b).sum(axis=1))
@@ -141,33 +169,7 @@ def _least_squares(
     return angle, goal - scale * _rotation(np.array([angle]))[0] @ centre, scale
 
 
-def _moved(points: FloatArray, angle_rad: float, shift_m: FloatArray, scale: float) -> FloatArray:
-    return np.asarray(scale * points @ _rotation(np.array([angle_rad]))[0].T + shift_m, np.float64)
-
-
 def _rotation(angle_rad: FloatArray) -> FloatArray:
     """Matrices (k, 2, 2) for angles (k,)."""
     cos, sin = np.cos(angle_rad), np.sin(angle_rad)
     return np.stack([np.stack([cos, -sin], -1), np.stack([sin, cos], -1)], -2)
-
-
-def _check(
-    source: FloatArray,
-    target: FloatArray,
-    weight: FloatArray,
-    inlier_m: float,
-    max_scale_error: float,
-    min_kept_share: float,
-) -> None:
-    if source.ndim != 2 or source.shape[1] != 2 or source.shape != target.shape or weight.shape != (len(source),):
-        raise ArrayError(
-            f"source_m and target_m have to be (k, 2) and confidence (k,), one of each per correspondence; got shapes "
-            f"{source.shape}, {target.shape}, {weight.shape}"
-        )
-    if not (np.isfinite(source).all() and np.isfinite(target).all() and (weight >= 0).all()):
-        raise ArrayError("correspondences have to be finite and their confidence at least 0; leave out unknown places")
-    if not (0 < inlier_m < np.inf and 0 <= max_scale_error < 0.5 and 0 < min_kept_share <= 1):
-        raise ConfigError(
-            f"inlier_m={inlier_m}, max_scale_error={max_scale_error}, min_kept_share={min_kept_share}: have to be "
-            f"above 0, in [0, 0.5) and in (0, 1]"
-        )

@@ -54,8 +54,8 @@ def find_loop_closures(
     travelled, path = _ways(odometry, len(values))
     if not (min_travel_m > 0 and 0 < ratio <= 1 and gate_m >= 0 and gate_share >= 0):
         raise ConfigError(
-            f"min_travel_m={min_travel_m}, ratio={ratio}, gate_m={gate_m}, gate_share={gate_share}: have to be above 0, "
-            f"in (0, 1], and at least 0"
+            f"min_travel_m={min_travel_m}, ratio={ratio}, gate_m={gate_m}, gate_share={gate_share}: have to be "
+            f"above 0, in (0, 1], and at least 0"
         )
     distance = np.maximum(1.0 - centred_cosine(values, values), 0.0)
     between = np.abs(travelled[:, None] - travelled)

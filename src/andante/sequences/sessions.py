@@ -6,7 +6,6 @@ drive is the map that would have been built from all at once.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -23,12 +22,15 @@ from andante.sequences.pose_graph import Anchors, DriftNoise, fit_path
 from andante.sequences.registration import Registration, fit_similarity
 from andante.sequences.revisits import find_loop_closures
 
-_OVERLAP = 8
-"""Pairs of revisiting frames from which on a drive counts as longer than one lap."""
-_MIN_EVIDENCE = 0.1
-"""Mean confidence of a drive's frames, those that do not fit counted as 0; other gardens gave up to 0.13 of it, but
-with a share of fitting frames far below a half."""
+_FEW, _OVERLAP = 3, 8
+"""Pairs of revisiting frames with which a drive may be, and is taken to be, longer than one lap."""
+_MIN_EVIDENCE = 0.15
+"""Mean confidence of a drive's frames, those that do not fit counted as 0. Drives of other gardens reach 0.13, with
+less than a third of their frames; drives of the same garden 1.0, and 0.3 with as much noise as features."""
+_LEAST = 0.05
+"""No correspondence counts less than one of this confidence."""
 _BENDS = 3
+"""How often correspondences are chosen anew by the path that they led to."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +80,34 @@ class _Match:
     number: int
     aligned: Correspondences
     target_m: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class _Evidence:
+    """What all earlier drives say together: ``frame`` (k,) was at ``target_m`` (k, 2), each with a ``confidence``."""
+
+    frame: IndexArray
+    target_m: FloatArray
+    confidence: FloatArray
+
+    @classmethod
+    def of(cls, matches: Sequence[_Match]) -> _Evidence:
+        return cls(
+            np.concatenate([match.aligned.first for match in matches]),
+            np.concatenate([match.target_m for match in matches]),
+            np.concatenate([match.aligned.confidence for match in matches]),
+        )
+
+    def distance_m(self, poses: FloatArray) -> FloatArray:
+        """(k,) between where a frame is by ``poses`` (n, 3) and where it ought to be."""
+        return np.asarray(np.linalg.norm(poses[self.frame, :2] - self.target_m, axis=1), np.float64)
+
+    def anchors(self, poses: FloatArray, anchor_m: float, inlier_m: float) -> Anchors:
+        """What lies near the path, as anchors of it."""
+        # Drives that agree about a frame share the frame's own error: more of them make it hardly more certain.
+        deviation = anchor_m * np.sqrt(np.bincount(self.frame)[self.frame] / np.maximum(self.confidence, _LEAST))
+        near = self.distance_m(poses) <= inlier_m
+        return Anchors(self.frame[near], self.target_m[near], deviation[near])
 
 
 def register_sessions(
@@ -159,11 +189,15 @@ def register_session(
     matches, refusal = _matches(values, start, [(number, earlier[number]) for number in known], inlier_m, seed)
     if not matches:
         raise RecordingError(refusal)
-    frames = np.concatenate([match.aligned.first for match in matches])
-    target = np.concatenate([match.target_m for match in matches])
-    confidence = np.concatenate([match.aligned.confidence for match in matches])
-    whole = fit_similarity(start[frames, :2], target, confidence, inlier_m=inlier_m, seed=seed)
-    poses, kept, residual = _bent(whole.apply(start), path, times, noise, (frames, target, confidence), anchor_m, inlier_m)
+    seen = _Evidence.of(matches)
+    whole = fit_similarity(start[seen.frame, :2], seen.target_m, seen.confidence, inlier_m=inlier_m, seed=seed)
+    poses = whole.apply(start)
+    for _ in range(_BENDS):
+        anchors = seen.anchors(poses, anchor_m, inlier_m)
+        poses = fit_path(path, times, noise, anchors=anchors, initial=poses).poses
+    distance = seen.distance_m(poses)
+    kept = distance <= inlier_m
+    residual = float(np.median(distance[kept]))
     report = SessionReport(
         closing,
         whole,
@@ -179,16 +213,21 @@ def register_session(
 def _closed(
     features: FeatureArray, path: FloatArray, times: FloatArray, noise: DriftNoise, *, required: bool
 ) -> ClosedLoop | None:
-    """The drive closed where it revisits itself in its own direction, else as a single lap; ``None`` where it is none."""
+    """The drive closed where it revisits itself in its own direction, or as a single lap; ``None`` if it is neither."""
     revisits = find_loop_closures(features, path)
     turned = path[revisits.later, 2] - path[revisits.earlier, 2]
     pairs = revisits.pairs[np.cos(turned) > 0]
-    try:
-        return close_wire_loop(path, times, pairs=pairs if len(pairs) >= _OVERLAP else None, noise=noise)
-    except RecordingError:
-        if required:
-            raise
-        return None
+    # A lap ends one step before its start; where it goes on there are pairs to say where it closed.
+    ways: list[IndexArray | None] = [None] if len(pairs) < _FEW else [None, pairs]
+    if len(pairs) >= _OVERLAP:
+        ways = [pairs]
+    for number, way in enumerate(ways, 1):
+        try:
+            return close_wire_loop(path, times, pairs=way, noise=noise)
+        except RecordingError:
+            if required and number == len(ways):
+                raise
+    return None
 
 
 def _matches(
@@ -227,25 +266,3 @@ def _places(xy_m: FloatArray, aligned: Correspondences) -> FloatArray:
     # The frame after the last one is the first one only where the reference is just one lap.
     close = np.hypot(*(beside - at).T) <= 3.0 * np.median(step)
     return np.asarray(at + np.where(close, np.abs(aligned.offset), 0.0)[:, None] * (beside - at), np.float64)
-
-
-def _bent(
-    poses: FloatArray,
-    path: FloatArray,
-    times: FloatArray,
-    noise: DriftNoise,
-    evidence: tuple[IndexArray, FloatArray, FloatArray],
-    anchor_m: float,
-    inlier_m: float,
-) -> tuple[FloatArray, np.ndarray, float]:
-    """The most likely path given the correspondences that lie near it, which of them do, and their median distance."""
-    frames, target, confidence = evidence
-    # Drives that agree about a frame share the frame's own error: more of them make it hardly more certain.
-    deviation = anchor_m * np.sqrt(np.bincount(frames)[frames]) / np.sqrt(np.maximum(confidence, 0.05))
-    for _ in range(_BENDS):
-        kept = np.hypot(*(poses[frames, :2] - target).T) <= inlier_m
-        anchors = Anchors(frames[kept], target[kept], deviation[kept])
-        poses = fit_path(path, times, noise, anchors=anchors, initial=poses).poses
-    distance = np.hypot(*(poses[frames, :2] - target).T)
-    kept = distance <= inlier_m
-    return poses, kept, float(np.median(distance[kept]))
