@@ -191,10 +191,10 @@ def register_session(
         raise RecordingError(refusal)
     seen = _Evidence.of(matches)
     whole = fit_similarity(start[seen.frame, :2], seen.target_m, seen.confidence, inlier_m=inlier_m, seed=seed)
-    poses = whole.apply(start)
+    poses = placed = whole.apply(start)
     for _ in range(_BENDS):
         anchors = seen.anchors(poses, anchor_m, inlier_m)
-        poses = fit_path(path, times, noise, anchors=anchors, initial=poses).poses
+        poses = fit_path(placed, times, noise, anchors=anchors, initial=poses).poses
     distance = seen.distance_m(poses)
     kept = distance <= inlier_m
     residual = float(np.median(distance[kept]))
