@@ -27,6 +27,8 @@ _FEW, _OVERLAP = 3, 8
 _MIN_EVIDENCE = 0.15
 """Mean confidence of a drive's frames, those that do not fit counted as 0. Drives of other gardens reach 0.13, with
 less than a third of their frames; drives of the same garden 1.0, and 0.3 with as much noise as features."""
+_NEXT = 3.0
+"""The first frame follows the last one if it is at most so many steps away."""
 _LEAST = 0.05
 """No correspondence counts less than one of this confidence."""
 _BENDS = 3
@@ -40,8 +42,8 @@ class SessionReport:
     ``closing`` is the drive closed on itself, ``None`` where it does not close; ``registration`` where it lies as a
     whole, ``None`` for the first one and for one that does not fit; ``references`` the earlier drives it was registered
     with; ``kept`` and ``rejected`` how many correspondences with all of them agree with the final path, ``residual_m``
-    their median distance from it; ``reverse`` whether it was driven in the other direction. ``misfit`` says why it was
-    left out, empty where it was not.
+    their median distance from it; ``reverse`` whether it was driven in the direction opposite to the first one.
+    ``misfit`` says why it was left out, empty where it was not.
     """
 
     closing: ClosedLoop | None
@@ -72,14 +74,21 @@ class RegisteredSession:
         """(n,) headings, unwrapped."""
         return self.poses[:, 2]
 
+    @property
+    def is_lap(self) -> bool:
+        """Whether the first frame follows the last one, as where a lap was driven once."""
+        step = np.hypot(*np.diff(self.xy_m, axis=0).T)
+        return float(np.hypot(*(self.xy_m[0] - self.xy_m[-1]))) <= _NEXT * float(np.median(step))
+
 
 @dataclass(frozen=True, slots=True)
 class _Match:
-    """What one earlier drive says of the places of a new one's frames."""
+    """What one earlier drive says of the places of a new one's frames, and whether that one went the other way."""
 
     number: int
     aligned: Correspondences
     target_m: FloatArray
+    reverse: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,7 +214,7 @@ def register_session(
         int(kept.sum()),
         int((~kept).sum()),
         residual,
-        matches[0].aligned.reverse,
+        matches[0].reverse,
     )
     return RegisteredSession(values, poses, report)
 
@@ -240,8 +249,8 @@ def _matches(
     """The earlier drives that a new one fits, and why the last one of the others does not."""
     matches, refusal = [], ""
     for number, reference in known:
-        aligned = align_sequences(features, reference.features, cyclic=reference.report.closing is not None)
-        target = _places(reference.xy_m, aligned)
+        aligned = align_sequences(features, reference.features, cyclic=reference.is_lap)
+        target = _places(reference, aligned)
         try:
             fitted = fit_similarity(poses[:, :2], target, aligned.confidence, inlier_m=inlier_m, seed=seed)
         except RecordingError as error:
@@ -254,15 +263,12 @@ def _matches(
                 f"{_MIN_EVIDENCE} is needed); is it the same place?"
             )
             continue
-        matches.append(_Match(number, aligned, target))
+        matches.append(_Match(number, aligned, target, aligned.reverse != reference.report.reverse))
     return matches, refusal
 
 
-def _places(xy_m: FloatArray, aligned: Correspondences) -> FloatArray:
-    """(k, 2) where the reference was at the matched parts of frames, between its frames."""
-    at = xy_m[aligned.second]
-    beside = xy_m[(aligned.second + np.sign(aligned.offset).astype(np.int64)) % len(xy_m)]
-    step = np.hypot(*np.diff(xy_m, axis=0).T)
-    # The frame after the last one is the first one only where the reference is just one lap.
-    close = np.hypot(*(beside - at).T) <= 3.0 * np.median(step)
-    return np.asarray(at + np.where(close, np.abs(aligned.offset), 0.0)[:, None] * (beside - at), np.float64)
+def _places(reference: RegisteredSession, aligned: Correspondences) -> FloatArray:
+    """(k, 2) where the reference was, between its frames, when it saw what the others see."""
+    at = reference.xy_m[aligned.second]
+    beside = (aligned.second + np.sign(aligned.offset).astype(np.int64)) % len(reference.xy_m)
+    return np.asarray(at + np.abs(aligned.offset)[:, None] * (reference.xy_m[beside] - at), np.float64)
