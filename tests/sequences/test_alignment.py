@@ -55,6 +55,15 @@ def test_several_laps_against_one(drives):
     assert apart_frames(found.second, np.arange(330), 150).max() <= 2
 
 
+def test_a_place_that_the_reference_visits_often_counts_as_one(drives):
+    reference, query = drives.border(n=1500, laps=10.0), drives.border(n=150)
+    seen = drives.features(query, season=3), drives.features(reference)
+    assert align_sequences(*seen).confidence.mean() < 0.5
+    found = align_sequences(*seen, reference_xy_m=reference[:, :2])
+    assert found.confidence.mean() > 0.9
+    assert np.hypot(*(query - reference[found.second])[:, :2].T).max() < 0.7
+
+
 def test_the_opposite_direction_is_noticed(drives):
     truth = drives.border(n=150)
     query = np.roll(truth[::-1], -40, axis=0)
@@ -120,6 +129,8 @@ def test_faults(drives):
         align_sequences(good, good * np.nan)
     with pytest.raises(ArrayError, match="equally long, got 5 and 4; use one encoder"):
         align_sequences(good, good[:, :4])
+    with pytest.raises(ArrayError, match=r"one position per reference frame \(5, 2\), got \(3, 2\)"):
+        align_sequences(good, good, reference_xy_m=np.zeros((3, 2)))
     with pytest.raises(ConfigError, match="max_step=0"):
         align_sequences(good, good, max_step=0)
     with pytest.raises(ArrayError, match=r"arrays \(k,\) of one length"):

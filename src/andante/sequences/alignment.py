@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from andante.data import FloatArray, IndexArray
 from andante.errors import ArrayError, ConfigError
@@ -20,8 +20,8 @@ _HIGHEST = 6.0
 """A single frame counts no more than so many deviations."""
 _OFF_PACE = 0.25
 """Price in deviations of each frame that the reference goes on more or less than one."""
-_NEAR = 3
-"""Frames around the path where a frame's own best match supports it."""
+_NEAR, _NEAR_M = 3, 0.5
+"""Frames, or metres where they are known, around the path where a frame's own best match supports it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +57,7 @@ def align_sequences(
     query: ArrayLike,
     reference: ArrayLike,
     *,
+    reference_xy_m: ArrayLike | None = None,
     cyclic: bool = True,
     both_directions: bool = True,
     max_step: int = 3,
@@ -69,7 +70,9 @@ def align_sequences(
     well and the better one taken. ``cyclic`` lets the reference begin again after its last frame; ``jump_cost``, in
     deviations of likeness, is the price of any other jump. Confidence is the share of the frames within ``window`` of
     a frame whose own best match, without any path, lies within 3 frames of the path: near 1 where single frames are
-    recognised, below 0.1 by chance. Raises ``ArrayError`` for other shapes, ``ConfigError`` for values out of range.
+    recognised, mostly below 0.3 in another garden. With ``reference_xy_m`` (m, 2) it is within half a metre, so that a
+    place that the reference visits several times counts as one.
+    Raises ``ArrayError`` for other shapes, ``ConfigError`` for values out of range.
     """
     if max_step < 1 or not jump_cost > 0 or window < 0:
         raise ConfigError(
@@ -83,8 +86,9 @@ def align_sequences(
         backward, other = _best_path(score[:, ::-1], cyclic, max_step, jump_cost)
         if other > total:
             path, reverse = score.shape[1] - 1 - backward, True
-    confidence = _support(score, path, cyclic, window)
-    return Correspondences(np.arange(len(path)), path, confidence, _offsets(likeness, path, cyclic), reverse)
+    agrees = _near(score.argmax(axis=1), path, score.shape[1], cyclic, reference_xy_m)
+    offsets = _offsets(likeness, path, cyclic)
+    return Correspondences(np.arange(len(path)), path, _share_around(agrees, window), offsets, reverse)
 
 
 def _best_path(score: FeatureArray, cyclic: bool, max_step: int, jump_cost: float) -> tuple[IndexArray, float]:
@@ -114,16 +118,23 @@ def _best_path(score: FeatureArray, cyclic: bool, max_step: int, jump_cost: floa
     return path, float(best.max())
 
 
-def _support(score: FeatureArray, path: IndexArray, cyclic: bool, window: int) -> FloatArray:
-    """(n,) share of the frames around each one whose own best match lies near the path."""
-    m = score.shape[1]
-    apart = np.abs(score.argmax(axis=1) - path)
-    if cyclic:
-        apart = np.minimum(apart, m - apart)
-    agrees = np.concatenate([[0.0], np.cumsum(apart <= _NEAR)])
-    frames = np.arange(len(path))
-    low, high = np.maximum(frames - window, 0), np.minimum(frames + window + 1, len(path))
-    return np.asarray((agrees[high] - agrees[low]) / (high - low), np.float64)
+def _near(found: IndexArray, path: IndexArray, m: int, cyclic: bool, xy_m: ArrayLike | None) -> NDArray[np.bool_]:
+    """(n,) whether each frame's own best match lies near the path, in a reference of ``m`` frames."""
+    if xy_m is not None:
+        places = np.asarray(xy_m, np.float64)
+        if places.shape != (m, 2):
+            raise ArrayError(f"reference_xy_m has to be one position per reference frame ({m}, 2), got {places.shape}")
+        return np.asarray(np.linalg.norm(places[found] - places[path], axis=1) <= _NEAR_M, np.bool_)
+    apart = np.abs(found - path)
+    return np.asarray((np.minimum(apart, m - apart) if cyclic else apart) <= _NEAR, np.bool_)
+
+
+def _share_around(agrees: NDArray[np.bool_], window: int) -> FloatArray:
+    """(n,) share of the frames around each one that agree."""
+    total = np.concatenate([[0.0], np.cumsum(agrees)])
+    frames = np.arange(len(agrees))
+    low, high = np.maximum(frames - window, 0), np.minimum(frames + window + 1, len(agrees))
+    return np.asarray((total[high] - total[low]) / (high - low), np.float64)
 
 
 def _offsets(likeness: FeatureArray, path: IndexArray, cyclic: bool) -> FloatArray:

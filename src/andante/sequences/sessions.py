@@ -249,7 +249,7 @@ def _matches(
     """The earlier drives that a new one fits, and why the last one of the others does not."""
     matches, refusal = [], ""
     for number, reference in known:
-        aligned = align_sequences(features, reference.features, cyclic=reference.is_lap)
+        aligned = align_sequences(features, reference.features, reference_xy_m=reference.xy_m, cyclic=reference.is_lap)
         target = _places(reference, aligned)
         try:
             fitted = fit_similarity(poses[:, :2], target, aligned.confidence, inlier_m=inlier_m, seed=seed)
