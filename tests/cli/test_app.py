@@ -14,7 +14,7 @@ OPTIONS = [(name, parameter) for name, command in COMMANDS.items() for parameter
 
 
 def test_commands():
-    assert list(COMMANDS) == ["map", "localize", "evaluate", "simulate", "info", "doctor", "demo"]
+    assert list(COMMANDS) == ["map", "localize", "evaluate", "simulate", "info", "doctor", "demo", "experiment"]
 
 
 @pytest.mark.parametrize("name", COMMANDS)
