@@ -98,6 +98,7 @@ THESIS = Contender("thesis choices (Fourier)", MapConfig.thesis(), fit_map)
 NEAREST = tuple(Contender(f"nearest-{count}", MapConfig(), partial(fit_neighbours, count)) for count in (1, 5))
 CONTENDERS = (ANDANTE, THESIS, *NEAREST)
 """All of them, the package's own first."""
+NEAREST_NOTE = "nearest-1 and nearest-5 see the features of andante"
 
 
 def _joined(drives: Sequence[EncodedDrive]) -> tuple[NDArray[np.float32], FloatArray]:

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from andante.evaluation.experiments.contenders import ANDANTE, CONTENDERS, THESIS, Contender
-from andante.evaluation.experiments.outcome import Cell, Outcome, Plot, Table
+from andante.evaluation.experiments.contenders import ANDANTE, CONTENDERS, NEAREST_NOTE, THESIS, Contender
+from andante.evaluation.experiments.outcome import ERROR_COLUMNS, Cell, Outcome, Plot, Table, error_cells
 from andante.evaluation.experiments.plans import Scale
 from andante.evaluation.experiments.statistics import Summary, summary
 from andante.evaluation.experiments.trials import Bench, Drive, Result, Trial
@@ -20,10 +20,7 @@ THESIS_AT_NINE = {"thesis: Fourier": 0.4, "thesis: raw images": 0.5}
 """Mean error in metres with nine sessions mapped (figure 6.10)."""
 _THESIS_SESSIONS = 9
 _PERMUTATIONS = 610  # tells this use of the seed from others; the thesis' figure
-_COLUMNS = (
-    *("sessions", "mean [m]", "variance [m²]", "median [m]", "95 % [m]", "max [m]", "> 1 m [%]"),
-    *("learning [s]", "size [kB]"),
-)
+_COLUMNS = ("sessions", *ERROR_COLUMNS, "variance of means [m²]", "learning [s]", "size [kB]")
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,12 +95,15 @@ def _tables(found: LongTerm) -> tuple[Table, ...]:
 
 
 def _mean_and_deviation(of: Summary) -> str:
-    return f"{of.mean_m:.3f}" if of.deviation_m is None else f"{of.mean_m:.3f} ± {of.deviation_m:.3f}"
+    shown = [
+        f"{value:.3f}" if value < 1000 else f"{value:.0f}" for value in (of.mean_m, of.deviation_m) if value is not None
+    ]
+    return " ± ".join(shown)
 
 
 def _row(size: int, of: Summary) -> tuple[Cell, ...]:
-    errors = (of.mean_m, of.variance_m2, of.median_m, of.p95_m, of.max_m, 100 * of.share_over_1m)
-    return (size, *errors, of.seconds, of.bytes / 1000)
+    variance = None if of.variance_m2 is None else f"{of.variance_m2:.2g}"
+    return (size, *error_cells(of), variance, of.seconds, round(of.bytes / 1000))
 
 
 def _figures(found: LongTerm) -> dict[str, Any]:
@@ -146,5 +146,5 @@ def _notes(found: LongTerm) -> tuple[str, ...]:
         f"{len(found.orders)} permutations of {len(found.plan.sessions)} sessions; with {found.sizes[-1]} mapped, "
         f"{len(tested)} different sessions are localized",
         "the means and variances are over permutations, 95 %, max and the share over 1 m over all their frames",
-        "nearest-1 and nearest-5 use the features of andante",
+        NEAREST_NOTE,
     )

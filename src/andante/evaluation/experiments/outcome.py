@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from andante.evaluation.experiments.contenders import Contender
 from andante.evaluation.experiments.plans import Scale
+from andante.evaluation.experiments.statistics import Summary
 from andante.evaluation.experiments.trials import Bench
 from andante.simulator import Plan
 
@@ -15,6 +16,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Cell = str | float | int | None
+ERROR_COLUMNS = ("mean [m]", "median [m]", "95 % [m]", "max [m]", "> 1 m [%]")
+"""Of ``error_cells``."""
+
+
+def error_cells(of: Summary) -> tuple[Cell, ...]:
+    """The errors of a summary as a row; kilometres have no decimals."""
+    values = (of.mean_m, of.median_m, of.p95_m, of.max_m, 100 * of.share_over_1m)
+    return tuple(value if value < 1000 else round(value) for value in values)
 
 
 @dataclass(frozen=True)

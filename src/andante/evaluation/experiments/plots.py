@@ -68,6 +68,7 @@ def estimated_ways(titles: Sequence[str], rows: Sequence[Sequence[Panel]]) -> Fi
             part.suptitle(title, fontsize=9)
             for number, panel in enumerate(panels):
                 axes = part.add_subplot(1, columns, number + 1)
+                mean_m = float(panel.result.errors.mean())
                 xy, truth = panel.result.xy, panel.result.truth
                 axes.plot(*truth.T, ".", ms=2.5, color=INK)
                 ties = np.stack([truth, xy], axis=1)
@@ -76,7 +77,9 @@ def estimated_ways(titles: Sequence[str], rows: Sequence[Sequence[Panel]]) -> Fi
                 # Estimates far away must not shrink the garden to a dot.
                 (left, bottom), (right, top) = truth.min(axis=0) - _MARGIN_M, truth.max(axis=0) + _MARGIN_M
                 axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xlabel="x in m", ylabel="y in m")
-                axes.set_title(f"{panel.title}: {panel.result.errors.mean():.2f} m", fontsize=8)
+                axes.set_title(
+                    f"{panel.title}: {mean_m:.2f} m" if mean_m < 100 else f"{panel.title}: {mean_m:.0f} m", fontsize=8
+                )
     return figure
 
 

@@ -13,7 +13,7 @@ from andante.evaluation.experiments.single import run_dynamic_object, run_slow_l
 DEFAULT_SEED = 23
 """Of a garden on which nothing in this package was chosen."""
 
-_SMALL, _FULL = Scale(frames=100, image_px=240), Scale(frames=279, image_px=480)
+_SMALL, _FULL = Scale(frames=200, image_px=320), Scale(frames=279, image_px=480)
 
 EXPERIMENTS = (
     Experiment(
@@ -53,7 +53,7 @@ EXPERIMENTS = (
         thesis="mean 0.4 m (Fourier) and 0.5 m (raw images) with nine sessions",
         plan=long_term_plan,
         run=run_long_term,
-        small=Scale(frames=100, image_px=240, sessions=6, permutations=5),
+        small=Scale(frames=150, image_px=240, sessions=6, permutations=5),
         full=Scale(frames=297, image_px=480, sessions=10, permutations=15),
     ),
 )

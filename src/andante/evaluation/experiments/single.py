@@ -7,15 +7,23 @@ from functools import partial
 
 import numpy as np
 
-from andante.evaluation.experiments.contenders import ANDANTE, CONTENDERS, NEAREST, THESIS, Contender, fit_split
-from andante.evaluation.experiments.outcome import Cell, Outcome, Plot, Table
+from andante.evaluation.experiments.contenders import (
+    ANDANTE,
+    CONTENDERS,
+    NEAREST,
+    NEAREST_NOTE,
+    THESIS,
+    Contender,
+    fit_split,
+)
+from andante.evaluation.experiments.outcome import ERROR_COLUMNS, Outcome, Plot, Table, error_cells
 from andante.evaluation.experiments.plans import COW, GROWING, STATIC, UNSEEN, Scale
-from andante.evaluation.experiments.statistics import Summary, summary
+from andante.evaluation.experiments.statistics import summary
 from andante.evaluation.experiments.trials import Bench, Drive, Result, Trial
 
 _TEST_SHARE = 0.3
 _SPLIT = 630  # tells this use of the seed from others; the thesis' section
-_COLUMNS = ("localizer", "mean [m]", "median [m]", "95 % [m]", "max [m]", "> 1 m [%]", "thesis: mean [m]")
+_COLUMNS = ("localizer", *ERROR_COLUMNS, "thesis: mean [m]")
 
 
 @dataclass(frozen=True)
@@ -98,16 +106,12 @@ def _outcome(bench: Bench, cases: tuple[Case, ...]) -> Outcome:
         for case, done in zip(cases, by_case, strict=True)
     ]
     plot = _plot(cases, [[(contender, result) for contender, _, result in done] for done in by_case])
-    return Outcome(tables, (plot,), {"cases": figures}, CONTENDERS)
+    return Outcome(tables, (plot,), {"cases": figures}, CONTENDERS, (NEAREST_NOTE,))
 
 
 def _table(case: Case, done: list[tuple[Contender, float | None, Result]]) -> Table:
-    rows = tuple(_row(contender.name, summary([result]), thesis) for contender, thesis, result in done)
+    rows = tuple((contender.name, *error_cells(summary([result])), thesis) for contender, thesis, result in done)
     return Table(case.title, _COLUMNS, rows)
-
-
-def _row(name: str, of: Summary, thesis: float | None) -> tuple[Cell, ...]:
-    return (name, of.mean_m, of.median_m, of.p95_m, of.max_m, 100 * of.share_over_1m, thesis)
 
 
 def _plot(cases: tuple[Case, ...], by_case: list[list[tuple[Contender, Result]]]) -> Plot:
