@@ -12,6 +12,8 @@ of time::
     model   = solve_slow(pca.project(moments), 20, ridge=1e-2).after(pca)
     model.transform(x)                                                     # (n, d) -> (n, 20)
 
+Frames that are grouped by place instead of joined one by one have a closed form, which also forgets: ``PlaceMoments``.
+
 Estimators learn; models (``AffineModel``, ``QuadraticModel``) are frozen, only transform, and turn into named
 arrays for a file. Nothing here knows of images, poses or files.
 """
@@ -21,6 +23,7 @@ from andante.sfa.linear import LinearSFA
 from andante.sfa.model import AffineModel, SlowModel
 from andante.sfa.moments import Moments
 from andante.sfa.pca import PCA, pca_of_samples
+from andante.sfa.place_moments import PlaceMoments
 from andante.sfa.quadratic import QuadraticModel, QuadraticSFA
 from andante.sfa.solver import solve_slow
 from andante.sfa.threads import one_thread
@@ -30,6 +33,7 @@ __all__ = [
     "AffineModel",
     "LinearSFA",
     "Moments",
+    "PlaceMoments",
     "QuadraticModel",
     "QuadraticSFA",
     "SlowModel",
