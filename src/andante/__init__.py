@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from andante.mapping import MapConfig as MapConfig
     from andante.mapping import SlowMap as SlowMap
     from andante.mapping import build_map as build_map
+    from andante.mapping import merge_maps as merge_maps
+    from andante.mapping import update_map as update_map
     from andante.protocols import Localizer as Localizer
     from andante.protocols import Recording as Recording
     from andante.recordings import MemoryRecording as MemoryRecording
@@ -41,7 +43,7 @@ _NAMES_OF = {
     "data": ("CameraSpec", "Estimate", "Frame", "FrameInfo", "Hypothesis", "Pose2D", "Status", "Trajectory"),
     "errors": ("AndanteError",),
     "evaluation": ("Evaluation", "evaluate", "run_localizer", "write_report"),
-    "mapping": ("BuildLog", "MapConfig", "SlowMap", "build_map"),
+    "mapping": ("BuildLog", "MapConfig", "SlowMap", "build_map", "merge_maps", "update_map"),
     "protocols": ("Localizer", "Recording"),
     "recordings": (
         "MemoryRecording",
@@ -74,11 +76,13 @@ __all__ = [
     "__version__",
     "build_map",
     "evaluate",
+    "merge_maps",
     "open_images",
     "open_recording",
     "read_image",
     "register_format",
     "run_localizer",
+    "update_map",
     "write_recording",
     "write_report",
 ]

@@ -11,6 +11,7 @@
     │   └── RecordingError     a recording: its folder, table or time stamps
     ├── MapError               a map file: truncated, newer, tampered with
     ├── LearningError          data from which no slow features can be learnt
+    ├── SessionRefusedError    a recording that would make the map worse that it is to be added to
     ├── NotFittedError         an estimator that is asked before it has learnt (a ValueError, an AttributeError)
     ├── LeakageError           an evaluation on data that the map was learnt from
     └── MissingExtraError      an optional dependency that is not installed
@@ -55,6 +56,10 @@ class MapError(AndanteError):
 
 class LearningError(AndanteError):
     """The data does not allow learning: too few frames, no variance, no edges."""
+
+
+class SessionRefusedError(AndanteError):
+    """A recording does not fit the map that it is to be added to: wrong poses, another place, a robot that stood."""
 
 
 class NotFittedError(AndanteError, ValueError, AttributeError):

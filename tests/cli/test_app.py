@@ -14,7 +14,20 @@ OPTIONS = [(name, parameter) for name, command in COMMANDS.items() for parameter
 
 
 def test_commands():
-    assert list(COMMANDS) == ["map", "localize", "evaluate", "simulate", "info", "doctor", "demo", "experiment"]
+    assert list(COMMANDS) == [
+        "map",
+        "localize",
+        "evaluate",
+        "update",
+        "merge",
+        "history",
+        "rollback",
+        "simulate",
+        "info",
+        "doctor",
+        "demo",
+        "experiment",
+    ]
 
 
 @pytest.mark.parametrize("name", COMMANDS)

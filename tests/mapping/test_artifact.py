@@ -18,6 +18,7 @@ from safetensors.numpy import load, save
 
 from andante.errors import ImageError, MapError
 from andante.mapping import MapConfig, SlowMap, build_map
+from andante.mapping.codes import Codes
 from andante.recordings import open_recording
 
 SEVERAL = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -27,6 +28,12 @@ KINDS = {
     "gaussian-process": {"readout": {"kind": "gaussian-process"}},
     "quadratic": {"learning": {"expansion": "quadratic", "slow_features": 6, "reduced_dim": 8}},
 }
+
+
+HELD_BY_MAPS = ("f2", "f4", "f8", "i1", "i8", "u4")
+WIDENED = ("readout.numbers", "model.quadratic.")
+"""Arrays that are read as numbers of double precision, whichever type of a map they have."""
+MEMORY = {"memory.codes", "memory.scale", "memory.xy", "memory.number"}
 
 
 @pytest.fixture(scope="module")
@@ -54,46 +61,93 @@ def joined(header: dict, arrays: dict[str, np.ndarray]) -> bytes:
     return save(contiguous, metadata={"andante": json.dumps(header)})
 
 
-def refused(data: bytes, folder: Path) -> str:
-    """The message with which a file is refused."""
+def refused(data: bytes, folder: Path, *, in_memory: bool = False) -> str:
+    """The message with which a file is refused, with its memory and, unless the fault is in there, without."""
     path = folder / "bad.andante"
     path.write_bytes(data)
-    with pytest.raises(MapError) as caught:
-        SlowMap.load(path)
-    message = str(caught.value)
+    messages = []
+    for with_memory in (True,) if in_memory else (True, False):
+        with pytest.raises(MapError) as caught:
+            SlowMap.load(path, with_memory=with_memory)
+        messages.append(str(caught.value))
+    message = messages[0]
     assert "\n" not in message
     assert message.startswith(f"map {path} ")
     assert len(message) < 600
     return message
 
 
+def same_memory(one: SlowMap, other: SlowMap) -> None:
+    for mine, theirs in zip(one.memory, other.memory, strict=True):
+        assert mine.source == theirs.source
+        for name in ("xy", "number", "pictures"):
+            np.testing.assert_array_equal(getattr(mine, name), getattr(theirs, name))
+        np.testing.assert_array_equal(mine.codes.codes, theirs.codes.codes)
+        np.testing.assert_array_equal(mine.codes.scale, theirs.codes.scale)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_loaded_map_is_the_saved_one(kind, maps, files, garden, tmp_path):
     path = tmp_path / "map.andante"
     assert maps[kind].save(path) == len(files[kind]) == path.stat().st_size
-    loaded = SlowMap.load(path)
+    loaded = SlowMap.load(path, with_memory=True)
     assert (loaded.config, loaded.calibration) == (maps[kind].config, maps[kind].calibration)
+    assert loaded.asked == maps[kind].asked
     assert (loaded.sources, loaded.unit, loaded.name) == (maps[kind].sources, maps[kind].unit, maps[kind].name)
     assert loaded.describe() == maps[kind].describe()
     for pose in garden.loop(9, 0.5):
         picture = garden.panorama(pose)
         assert loaded.localize(picture).as_dict() == maps[kind].localize(picture).as_dict()
         np.testing.assert_array_equal(loaded.slow_features(picture), maps[kind].slow_features(picture))
+    np.testing.assert_array_equal(loaded.pictures, maps[kind].pictures)
+    same_memory(loaded, maps[kind])
     loaded.save(path)
     assert path.read_bytes() == files[kind]
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_map_needs_no_memory_to_localize(kind, maps, files, garden, tmp_path):
+    path = tmp_path / "map.andante"
+    path.write_bytes(files[kind])
+    loaded = SlowMap.load(path)
+    assert loaded.memory is None
+    np.testing.assert_array_equal(loaded.pictures, maps[kind].pictures)
+    pictures = [garden.panorama(pose) for pose in garden.loop(9, 0.5)]
+    expected = [maps[kind].localize(picture).as_dict() for picture in pictures]
+    assert [loaded.localize(picture).as_dict() for picture in pictures] == expected
+    assert loaded.describe() == maps[kind].describe()
+    # Saved so, it is smaller by its memory and by nothing else.
+    assert loaded.save(path) < len(files[kind])
+    header, arrays = parts(path.read_bytes())
+    whole_header, whole = parts(files[kind])
+    whole_header["asked"]["memory"]["keep"] = False
+    assert header == whole_header
+    assert set(whole) - set(arrays) == MEMORY
+    for name, array in arrays.items():
+        np.testing.assert_array_equal(array, whole[name])
+    forgetful = SlowMap.load(path, with_memory=True)
+    assert forgetful.memory is None
+    assert [forgetful.localize(picture).as_dict() for picture in pictures] == expected
+
+
 def test_arrays_in_any_memory_layout_are_written_right(maps, garden, tmp_path):
     built = maps["local"]
-    spread = np.repeat(built.readout.references, 2, axis=1)[:, ::2]
-    readout = dataclasses.replace(built.readout, references=spread, xy=np.asfortranarray(built.readout.xy))
+    codes = built.readout.codes
+    strided = Codes(np.repeat(codes.codes, 2, axis=1)[:, ::2], np.repeat(codes.scale, 2)[::2])
+    readout = dataclasses.replace(built.readout, codes=strided, xy=np.asfortranarray(built.readout.xy))
     model = dataclasses.replace(built.model, weights=np.asfortranarray(built.model.weights))
-    assert not readout.references.flags.c_contiguous
-    dataclasses.replace(built, readout=readout, model=model).save(tmp_path / "map.andante")
-    loaded = SlowMap.load(tmp_path / "map.andante")
+    pictures = tuple(np.repeat(own, 2)[::2] for own in built.pictures)
+    memory = tuple(session.moved(np.asfortranarray(session.xy)) for session in built.memory)
+    assert not strided.codes.flags.c_contiguous
+    dataclasses.replace(built, readout=readout, model=model, pictures=pictures, memory=memory).save(
+        tmp_path / "map.andante"
+    )
+    loaded = SlowMap.load(tmp_path / "map.andante", with_memory=True)
     np.testing.assert_array_equal(loaded.readout.references, built.readout.references)
     np.testing.assert_array_equal(loaded.readout.xy, built.readout.xy)
     np.testing.assert_array_equal(loaded.model.weights, built.model.weights)
+    np.testing.assert_array_equal(loaded.pictures, built.pictures)
+    same_memory(loaded, built)
 
 
 def test_a_new_file_has_the_rights_that_any_new_file_has(maps, tmp_path):
@@ -217,7 +271,8 @@ def test_a_flipped_bit_in_the_header_is_refused_or_harmless(files, tmp_path, gar
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"schema": 2}, "it has schema 2, this version of andante reads 1; upgrade andante"),
+        ({"schema": 3}, "it has schema 3, this version of andante reads 2; upgrade andante"),
+        ({"schema": 1}, "it has schema 1, this version of andante reads 2"),
         ({"schema": None}, "it has schema None"),
         ({"schema": 10**400}, "it has schema 1000"),
         ({"unit": "parsec"}, "its unit is wrong: Input should be 'm' or 'place'"),
@@ -230,6 +285,7 @@ def test_a_flipped_bit_in_the_header_is_refused_or_harmless(files, tmp_path, gar
         ({"config": {"features": {"kind": "pixels"}}}, "expected float32"),
         ({"config": {"readout": {"kind": "gaussian-process"}}}, "this readout lacks the stored arrays"),
         ({"config": 5}, "its config is wrong"),
+        ({"asked": {"learning": {"speed": 1}}}, "its asked.learning.speed is wrong: Extra inputs are not permitted"),
         ({"camera": {"model": "telescope"}}, "its camera.model is wrong"),
         ({"camera": {"model": "fisheye"}}, "the camera declares ne"),
         ({"image_shape": [10**12, 120]}, "its image_shape.0 is wrong"),
@@ -255,7 +311,7 @@ def test_a_header_that_was_tampered_with(files, tmp_path, change, message):
     assert message in refused(joined(header, arrays), tmp_path)
 
 
-@pytest.mark.parametrize("key", ["config", "camera", "image_shape", "calibration", "sources", "unit", "schema"])
+@pytest.mark.parametrize("key", ["config", "asked", "camera", "image_shape", "calibration", "sources", "unit", "schema"])
 def test_a_header_that_lacks_something(files, tmp_path, key):
     header, arrays = parts(files["local"])
     del header[key]
@@ -303,23 +359,28 @@ def test_arrays_of_other_shapes_and_types_and_none_at_all(files, tmp_path, kind)
     header, arrays = parts(files[kind])
     for name, array in arrays.items():
         others = {other: arrays[other] for other in arrays if other != name}
-        refused(joined(header, others), tmp_path)
+        in_memory = name in MEMORY
+        refused(joined(header, others), tmp_path, in_memory=in_memory)
         for fault in SHAPE_FAULTS.values():
             spoilt = np.asarray(fault(array))
             if spoilt.size == 1 and name.startswith("model.quadratic.rank"):
                 continue  # one number is one number, whatever its shape
-            refused(joined(header, others | {name: spoilt}), tmp_path)
-        for dtype in ("f2", "i4", "u1", "?", "c8"):
-            with np.errstate(invalid="ignore"):
-                refused(joined(header, others | {name: array.astype(dtype)}), tmp_path)
+            refused(joined(header, others | {name: spoilt}), tmp_path, in_memory=in_memory)
+        for dtype in ("f2", "f4", "f8", "i1", "i4", "i8", "u1", "u4", "?", "c8"):
+            if array.dtype != np.dtype(dtype) and not (name.startswith(WIDENED) and dtype in HELD_BY_MAPS):
+                with np.errstate(invalid="ignore", over="ignore"):
+                    spoilt = array.astype(dtype)
+                refused(joined(header, others | {name: spoilt}), tmp_path, in_memory=in_memory)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_swapped_arrays(files, tmp_path, kind):
     header, arrays = parts(files[kind])
     for one, other in combinations(arrays, 2):
-        if arrays[one].shape != arrays[other].shape:
-            refused(joined(header, arrays | {one: arrays[other], other: arrays[one]}), tmp_path)
+        same_type = arrays[one].dtype == arrays[other].dtype or one.startswith(WIDENED) or other.startswith(WIDENED)
+        if arrays[one].shape != arrays[other].shape or not same_type:
+            swapped = arrays | {one: arrays[other], other: arrays[one]}
+            refused(joined(header, swapped), tmp_path, in_memory={one, other} <= MEMORY)
 
 
 @SEVERAL
@@ -330,14 +391,64 @@ def test_numbers_in_arrays_that_are_not_finite(files, tmp_path, kind, where, val
         if array.dtype.kind == "f":
             spoilt = array.copy()
             spoilt.flat[round(where * (array.size - 1))] = value
-            assert f"array {name} holds" in refused(joined(header, arrays | {name: spoilt}), tmp_path)
+            message = refused(joined(header, arrays | {name: spoilt}), tmp_path, in_memory=name in MEMORY)
+            assert f"array {name} holds" in message
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("memory.codes", -128, "array memory.codes or memory.scale holds what nothing is coded as"),
+        ("memory.scale", -1e-3, "array memory.codes or memory.scale holds what nothing is coded as"),
+        ("readout.codes", -128, "array readout.codes or readout.scale holds what nothing is coded as"),
+        ("readout.scale", -1e-3, "array readout.codes or readout.scale holds what nothing is coded as"),
+    ],
+)
+def test_codes_that_nothing_is_coded_as(files, tmp_path, name, value, message):
+    header, arrays = parts(files["local"])
+    arrays[name] = arrays[name].copy()
+    arrays[name].flat[7] = value
+    assert message in refused(joined(header, arrays), tmp_path, in_memory=name in MEMORY)
+
+
+@pytest.mark.parametrize("frames", [[59, 60], [60, 61], [0, 0], [61, 60], [2**62, 2**62]])
+def test_sources_with_other_numbers_of_frames(files, tmp_path, frames):
+    header, arrays = parts(files["local"])
+    for source, count in zip(header["sources"], frames, strict=True):
+        source["frames"] = count
+    assert "array pictures is uint32 of shape (120,), expected uint32" in refused(joined(header, arrays), tmp_path)
+    arrays["pictures"] = np.zeros(min(sum(frames), 200), np.uint32)
+    if sum(frames) < 200:
+        message = refused(joined(header, arrays), tmp_path, in_memory=True)
+        assert "array memory.codes is int8 of shape (120, 72)" in message
+
+
+def test_a_source_of_less_than_nothing(files, tmp_path):
+    header, arrays = parts(files["local"])
+    header["sources"][0]["frames"], header["sources"][1]["frames"] = -1, 121
+    assert "a source has fewer than 0 frames" in refused(joined(header, arrays), tmp_path)
+
+
+@pytest.mark.parametrize("sessions", [[2], [-1], [0, 2**70], [0, 7]])
+def test_a_trial_on_sessions_that_are_not_there(files, tmp_path, sessions):
+    header, arrays = parts(files["local"])
+    header["calibration"]["folds"][1]["sessions"] = sessions
+    message = refused(joined(header, arrays), tmp_path)
+    assert "trial 'tuesday' speaks of sessions" in message or "calibration.folds.1.sessions" in message
+
+
+@pytest.mark.parametrize("sessions", [None, 0, ["a"], [0.5]])
+def test_a_trial_on_no_sessions_at_all(files, tmp_path, sessions):
+    header, arrays = parts(files["local"])
+    header["calibration"]["folds"][1]["sessions"] = sessions
+    assert "its calibration.folds.1.sessions" in refused(joined(header, arrays), tmp_path)
 
 
 @pytest.mark.parametrize("dtype", ["BF16", "F8_E4M3", "F8_E5M2", "BOOL", "U16", "C64", "F16"])
 def test_types_that_no_map_holds(tmp_path, dtype):
     size = {"F8_E4M3": 1, "F8_E5M2": 1, "BOOL": 1, "C64": 8}.get(dtype, 2)
     array = {"dtype": dtype, "shape": [1], "data_offsets": [0, size]}
-    header = json.dumps({"__metadata__": {"andante": json.dumps({"schema": 1})}, "model.mean": array}).encode()
+    header = json.dumps({"__metadata__": {"andante": json.dumps({"schema": 2})}, "model.mean": array}).encode()
     refused(struct.pack("<Q", len(header)) + header + bytes(size), tmp_path)
 
 

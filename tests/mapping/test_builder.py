@@ -9,7 +9,9 @@ from andante.data import CameraSpec, Pose2D, Status
 from andante.errors import ConfigError, LearningError, RecordingError
 from andante.mapping import BuildLog, MapConfig, build_map
 from andante.mapping import builder as builder_module
-from andante.mapping.builder import usable_frames
+from andante.mapping import learning as learning_module
+from andante.mapping import lessons as lessons_module
+from andante.mapping import sessions as sessions_module
 from andante.recordings import MemoryRecording, parallel
 
 
@@ -57,12 +59,12 @@ def test_the_same_input_gives_the_same_bytes(days, slowmap, tmp_path):
 @pytest.mark.parametrize("workers", [1, 3])
 def test_the_number_of_threads_is_invisible(days, slowmap, tmp_path, monkeypatch, workers):
     monkeypatch.setattr(parallel, "default_workers", lambda: workers)
-    monkeypatch.setattr(builder_module, "default_workers", lambda: workers)
+    monkeypatch.setattr(sessions_module, "default_workers", lambda: workers)
     assert bytes_of(build_map(days), tmp_path) == bytes_of(slowmap, tmp_path)
 
 
 def test_the_size_of_stacks_is_invisible(days, slowmap, tmp_path, monkeypatch):
-    monkeypatch.setattr(builder_module, "_STACK", 1)
+    monkeypatch.setattr(sessions_module, "_STACK", 1)
     assert bytes_of(build_map(days), tmp_path) == bytes_of(slowmap, tmp_path)
 
 
@@ -95,13 +97,14 @@ def test_two_sessions_are_tried_on_each_other_and_one_on_its_blocks(slowmap, day
 def test_nothing_but_the_compression_sees_held_out_frames(days, small_config, monkeypatch):
     """With the compression out of the way, other pictures in the held-out session do not change the model of a fold."""
     learnt = []
-    original = builder_module.learn_slow
+    original = learning_module.learn_slow
 
-    def spy(x, edges, config):
-        learnt.append((x.copy(), original(x, edges, config)))
+    def spy(x, ground, recipe, seed):
+        learnt.append((x.copy(), original(x, ground, recipe, seed)))
         return learnt[-1][1]
 
-    monkeypatch.setattr(builder_module, "learn_slow", spy)
+    for module in (builder_module, lessons_module):
+        monkeypatch.setattr(module, "learn_slow", spy)
     config = small_config.with_values(
         {"learning": {"pca_components": 0, "ridge": 1e-3}, "features": {"n_frequencies": 8}}
     )
@@ -207,17 +210,6 @@ def test_frames_left_out_are_counted(garden, small_config):
     assert set(log.seconds) == {"decode", "features", "learn", "readout"}
 
 
-def test_of_a_stand_the_first_frame_with_a_position_is_kept(garden):
-    drive = garden.drive(garden.loop(12))
-    still = [Pose2D(1.0, 1.0)] * 6 + [Pose2D(2.0 + i, 1.0) for i in range(6)]
-    reference = [None, None, None, *(info.reference for info in drive.infos[3:])]
-    indices, xy = usable_frames(copied(drive, odometry=still, reference=reference), "reference", MapConfig())
-    assert indices == list(range(3, 12))
-    np.testing.assert_array_equal(xy[0], [reference[3].x_m, reference[3].y_m])
-    indices, _ = usable_frames(copied(drive, odometry=still, reference=None), "odometry", MapConfig())
-    assert indices == [0, *range(6, 12)]
-
-
 def test_progress_is_told(days, small_config):
     told = []
     build_map(days, small_config, progress=lambda *step: told.append(step))
@@ -225,7 +217,7 @@ def test_progress_is_told(days, small_config):
         steps = [(done, total) for stage, done, total in told if stage == name]
         assert steps == sorted(steps)
         assert steps[-1] == (60, 60)
-    assert told[-2:] == [("learn", 0, 1), ("learn", 1, 1)]
+    assert told[-4:] == [("learn", done, 3) for done in range(4)]
 
 
 def test_references_are_thinned(days, small_config):

@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from andante.errors import LearningError
-from andante.mapping.calibration import calibrate, conformal_factor
+from andante.mapping.calibration import Calibration, calibrate, conformal_factor
 from andante.mapping.config import CalibrationConfig
+from andante.mapping.folds import Folds
 from andante.mapping.learning import Ground
 from andante.mapping.located import Located
 
@@ -26,6 +27,11 @@ def located(xy: np.ndarray, sigma: float = 1.0, agreement: float = 1.0) -> Locat
     covariance = np.tile(np.eye(2) * sigma**2 / 2, (n, 1, 1))
     ones = np.ones(n)
     return Located(xy, covariance, ones, agreement * ones, np.empty((n, 0, 2)), np.empty((n, 0)), ones)
+
+
+def tried(where: Ground, names: list[str], locate_fold) -> Calibration:
+    """Calibrated on all folds."""
+    return calibrate(where, Folds.of(where, names, CONFIG), locate_fold, CONFIG.coverage)
 
 
 class Locator:
@@ -74,41 +80,31 @@ def test_coverage_holds_for_new_frames():
     assert np.mean(covered) == pytest.approx(0.905, abs=0.02)
 
 
-def test_sessions_are_left_out_whole():
+def test_folds_are_held_out_and_named():
     where = ground([40, 30, 20])
     locator = Locator(where)
-    result = calibrate(where, ["a", "b", "c"], locator, CONFIG)
+    folds = Folds.of(where, ["a", "b", "c"], CONFIG)
+    result = calibrate(where, folds, locator, CONFIG.coverage)
     assert result.kind == "sessions"
     assert [fold.left_out for fold in result.folds] == ["a", "b", "c"]
+    assert [fold.sessions for fold in result.folds] == [(0,), (1,), (2,)]
     assert [fold.n for fold in result.folds] == [40, 30, 20]
-    for train, test in locator.folds:
-        assert not (train & test).any()
-        assert (train | test).all()
-        assert not set(where.session[train]) & set(where.session[test])
+    np.testing.assert_array_equal(locator.folds, list(folds))
 
 
-def test_many_sessions_share_folds():
-    where = ground([12] * 7)
-    result = calibrate(where, list("abcdefg"), Locator(where), CalibrationConfig(folds=3))
-    assert [fold.left_out for fold in result.folds] == ["a + d + g", "b + e", "c + f"]
-    assert [fold.n for fold in result.folds] == [36, 24, 24]
-
-
-def test_one_session_is_left_out_in_blocks():
+def test_blocks_cover_one_session():
     where = ground([200])
     locator = Locator(where)
-    result = calibrate(where, ["a"], locator, CONFIG)
+    result = tried(where, ["a"], locator)
     assert result.kind == "blocks"
+    assert {fold.sessions for fold in result.folds} == {(0,)}
     assert sum(fold.n for fold in result.folds) == 200
-    held_out = np.sum([test for _, test in locator.folds], axis=0)
-    np.testing.assert_array_equal(held_out, 1)
-    starts = np.flatnonzero(np.diff(locator.folds[0][1].astype(int)))
-    assert np.diff(where.xy[starts, 0]).max() >= 4 * 0.5 - 0.2  # blocks of four radii
+    np.testing.assert_array_equal(np.sum([test for _, test in locator.folds], axis=0), 1)
 
 
 def test_a_drive_shorter_than_a_block_cannot_be_tried():
     where = ground([10], step_m=0.01)
-    assert calibrate(where, ["a"], Locator(where), CONFIG).kind == "none"
+    assert tried(where, ["a"], Locator(where)).kind == "none"
 
 
 def test_folds_that_cannot_learn_say_nothing():
@@ -120,23 +116,23 @@ def test_folds_that_cannot_learn_say_nothing():
             raise LearningError("too few")
         return locator(train, test)
 
-    assert [fold.left_out for fold in calibrate(where, ["a", "b"], fails_without_the_first, CONFIG).folds] == ["b"]
+    assert [fold.left_out for fold in tried(where, ["a", "b"], fails_without_the_first).folds] == ["b"]
 
     def fails(train, test):
         raise LearningError("too few")
 
-    assert calibrate(where, ["a", "b"], fails, CONFIG).kind == "none"
+    assert tried(where, ["a", "b"], fails).kind == "none"
 
 
 def test_figures_of_a_fold():
     where = ground([40, 40])
-    fold = calibrate(where, ["a", "b"], Locator(where, 0.3), CONFIG).folds[0]
+    fold = tried(where, ["a", "b"], Locator(where, 0.3)).folds[0]
     assert (fold.median, fold.mean, fold.p95, fold.max) == pytest.approx((0.3, 0.3, 0.3, 0.3))
 
 
 def test_radius_and_thresholds():
     where = ground([40, 40])
-    result = calibrate(where, ["a", "b"], Locator(where, 0.3), CONFIG)
+    result = tried(where, ["a", "b"], Locator(where, 0.3))
     assert result.radius_factor == pytest.approx(0.3)
     assert 0 < result.off_map_below < result.degraded_below <= 0.5
     assert result.lost_below == 0.5
@@ -144,5 +140,5 @@ def test_radius_and_thresholds():
 
 def test_readouts_without_strangers_are_never_off_the_map():
     where = ground([40, 40])
-    result = calibrate(where, ["a", "b"], lambda train, test: (located(where.xy[test]), np.empty(0)), CONFIG)
+    result = tried(where, ["a", "b"], lambda train, test: (located(where.xy[test]), np.empty(0)))
     assert (result.off_map_below, result.degraded_below) == (0, 0)

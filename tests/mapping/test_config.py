@@ -12,16 +12,17 @@ from andante.mapping import MapConfig
 @pytest.mark.parametrize(
     ("values", "key", "allowed"),
     [
-        ({"sede": 1}, "sede", "calibration, features, learning, panorama, positions, readout, seed"),
+        ({"sede": 1}, "sede", "calibration, features, learning, memory, panorama, positions, readout, seed"),
         ({"panorama": {"width": 1}}, "panorama.width", "height_px, max_deg, min_deg, width_px"),
         ({"features": {"type": 1}}, "features.type", "deviation_floor, gradient_floor, kind"),
-        ({"learning": {"slow": 1}}, "learning.slow", "across_weight, edge_ridge, expansion, order"),
+        ({"learning": {"slow": 1}}, "learning.slow", "density_corrected, edge_ridge, expansion, invariance, order"),
         (
             {"readout": {"k": 1}},
             "readout.k",
             "consensus_m, degree, inputs, kind, max_references, neighbours, sharpness",
         ),
         ({"calibration": {"alpha": 1}}, "calibration.alpha", "block_m, coverage, folds"),
+        ({"memory": {"frames": 1}}, "memory.frames", "keep, max_frames"),
     ],
 )
 def test_unknown_keys_are_named_with_what_is_allowed(values, key, allowed):
@@ -39,6 +40,9 @@ def test_unknown_keys_are_named_with_what_is_allowed(values, key, allowed):
         ({"learning": 5}, "learning = 5 is not allowed"),
         ({"learning": {"ridge": float("nan")}}, "learning.ridge = nan is not allowed: input should be a finite number"),
         ({"learning": {"edge_ridge": float("inf")}}, "learning.edge_ridge = inf is not allowed"),
+        ({"learning": {"invariance": -1}}, "learning.invariance = -1 is not allowed: input should be greater than or"),
+        ({"memory": {"max_frames": 99}}, "memory.max_frames = 99 is not allowed: input should be greater than or equal"),
+        ({"memory": {"keep": "perhaps"}}, "memory.keep = 'perhaps' is not allowed"),
         ({"calibration": {"coverage": 1.0}}, "calibration.coverage = 1.0 is not allowed: input should be less than 1"),
         ({"readout": {"degree": 5}}, "readout.degree = 5 is not allowed"),
         ({"panorama": {"width_px": 10**9}}, "panorama.width_px = 1000000000 is not allowed"),

@@ -83,9 +83,8 @@ def test_local_finds_its_references_exactly(local, path):
     np.testing.assert_allclose(located.agreement, 1, atol=1e-6)
 
 
-def local_by_loops(slow, xy, metric, query, neighbours, sharpness, consensus):
+def local_by_loops(references, xy, query, neighbours, sharpness, consensus):
     """One query: votes of the nearest, the reference with most of them around it, their mean."""
-    references, query = slow * metric, query * metric
     squared = [sum((a - b) ** 2 for a, b in zip(query, reference, strict=True)) for reference in references]
     nearest = sorted(range(len(xy)), key=squared.__getitem__)[:neighbours]
     votes = [np.exp(-sharpness * (squared[i] / squared[nearest[0]] - 1)) for i in nearest]
@@ -104,19 +103,22 @@ def test_local_is_a_vote_of_the_nearest_references(local, path):
     local = LocalReadout.fit(slow, xy, local.metric, config, CONSENSUS_M)
     queries = np.random.default_rng(4).normal(size=(40, 6))
     located = local.locate(queries)
+    references = local.references.astype(np.float64)
     for row, query in enumerate(queries):
-        position, agreement, likeness = local_by_loops(slow, xy, local.metric, query, 8, 4.0, CONSENSUS_M)
+        position, agreement, likeness = local_by_loops(references, xy, query * local.metric, 8, 4.0, CONSENSUS_M)
         np.testing.assert_allclose(located.xy[row], position, atol=1e-3)
         assert located.agreement[row] == pytest.approx(agreement, abs=1e-3)
         assert located.likeness[row] == pytest.approx(max(0, likeness), abs=1e-4)
 
 
-def test_two_places_that_look_alike_give_low_agreement_and_a_large_sigma(path):
+@pytest.mark.parametrize(("unlike", "away"), [(0.0, 0.05), (1e-3, 0.15)])
+def test_two_places_that_look_alike_give_low_agreement_and_a_large_sigma(path, unlike, away):
+    """Two twins that are not quite the same may be told apart from nearby, by how they are coded."""
     slow, xy = path
-    twice = np.concatenate([slow, slow + 1e-3]), np.concatenate([xy, xy + np.array([100, 0])])
+    twice = np.concatenate([slow, slow + unlike]), np.concatenate([xy, xy + np.array([100, 0])])
     readout = LocalReadout.fit(*twice, np.ones(6), CONFIG, CONSENSUS_M)
     clear, unclear = LocalReadout.fit(slow, xy, np.ones(6), CONFIG, CONSENSUS_M), readout
-    query = slow[30:90:5] + 0.05
+    query = slow[30:90:5] + away
     assert clear.locate(query).agreement.min() > 0.9
     located = unclear.locate(query)
     assert located.agreement.max() < 0.8
@@ -134,8 +136,7 @@ def test_strangers_are_what_an_image_resembles_elsewhere(local, path):
     assert strange.shape == (120,)
     assert ((strange >= 0) & (strange <= 1)).all()
     assert (strange < local.locate(slow).likeness - 0.01).all()
-    references = slow * local.metric
-    squared = ((references[:, None] - references[None]) ** 2).sum(axis=2)
+    squared = (((slow * local.metric)[:, None] - local.references[None]) ** 2).sum(axis=2)
     elsewhere = np.hypot(*(xy[:, None] - xy[None]).transpose(2, 0, 1)) > apart
     expected = 1 - np.where(elsewhere, squared, np.inf).min(axis=1) / np.median(squared, axis=1)
     np.testing.assert_allclose(strange, np.clip(expected, 0, 1), atol=1e-4)
@@ -160,6 +161,16 @@ def test_fewer_references_than_neighbours(path):
     readout = LocalReadout.fit(slow, xy, np.ones(6), CONFIG, CONSENSUS_M)
     assert readout.neighbours == 3
     np.testing.assert_allclose(readout.locate(slow).xy, xy, atol=1e-6)
+
+
+def test_references_are_kept_in_one_byte_a_number(local, path):
+    """Far closer to what they were than to the next one."""
+    references = path[0] * local.metric
+    off = np.linalg.norm(local.references - references, axis=1)
+    assert off.max() < 0.25 * np.median(np.linalg.norm(np.diff(references, axis=0), axis=1))
+    arrays = local.to_arrays()
+    assert (arrays["codes"].dtype, arrays["spread"].dtype, local.spread.dtype) == (np.int8, np.float32, np.float32)
+    np.testing.assert_array_equal(local.codes.rows(), local.references)
 
 
 def test_a_polynomial_is_least_squares_on_all_products(polynomial, path):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from andante.data import FloatArray, Frame, FrameInfo, IndexArray
 from andante.errors import RecordingError
 from andante.mapping import Progress, SlowMap, Source
-from andante.mapping.builder import usable_frames
+from andante.mapping.sessions import usable_frames
 from andante.protocols import Recording
 from andante.recordings import map_frames, open_recording
 

@@ -9,6 +9,7 @@ import typer
 
 from andante.cli.options import AsJson
 from andante.cli.output import examples, hint, print_facts, print_json, print_table
+from andante.cli.trials import print_trials
 
 EPILOG = examples("andante info garden.andante", "andante info garden/monday --json")
 
@@ -48,11 +49,13 @@ def _print_map(described: dict[str, Any]) -> None:
         "readout": config["readout"]["kind"],
         "heading": "does not matter" if described["heading_invariant"] else "must be like in the mapped drives",
         "calibrated on": described["cross_validation"]["kind"],
+        "can be updated": "yes" if described["updatable"] else "no, it does not remember its frames",
     }
     print_facts(described["map"], facts)
     keys = ("name", "frames", "poses")
     rows = [(*(one[key] for key in keys), _conditions(one["conditions"])) for one in described["recordings"]]
     print_table("Learnt from", (*keys, "conditions"), rows)
+    print_trials(described["cross_validation"], described["unit"])
 
 
 def _print_recording(described: dict[str, Any]) -> None:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from andante.cli.options import AsJson, check_place
-from andante.cli.output import examples, hint, print_facts, print_json, print_table, progress_bars
+from andante.cli.output import examples, hint, print_facts, print_json, progress_bars
+from andante.cli.trials import print_trials
 
 if TYPE_CHECKING:
     from andante.mapping import MapConfig, SlowMap
@@ -51,7 +52,7 @@ def command(
         Positions | None, typer.Option(help="Which positions are learnt. Default: auto, the best that all have.")
     ] = None,
     slow_features: Annotated[
-        int | None, typer.Option(min=1, help="Slow features at most, a number. Default: 192 (thesis: 8).")
+        int | None, typer.Option(min=1, help="Slow features at most, a number. Default: by trial (thesis: 8).")
     ] = None,
     readout: Annotated[
         ReadoutKind | None,
@@ -64,6 +65,10 @@ def command(
     preset: Annotated[
         Preset, typer.Option(show_default=False, help="What --config and options start from. Default: default.")
     ] = "default",
+    localize_only: Annotated[
+        bool,
+        typer.Option("--localize-only", help="A smaller map that cannot be updated. Default: it can."),
+    ] = False,
     seed: Annotated[int | None, typer.Option(min=0, help="For all random choices, a number. Default: 0.")] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -75,6 +80,7 @@ def command(
         "features": {"kind": features},
         "learning": {"order": order, "slow_features": slow_features},
         "readout": {"kind": readout},
+        "memory": {"keep": False if localize_only else None},
     }
     resolved = _resolved(preset, config, {**sections, "positions": positions, "seed": seed})
     check_place(output, "-o")
@@ -136,12 +142,6 @@ def _print(summary: dict[str, Any]) -> None:
         "seconds": ", ".join(f"{stage} {value:.2f}" for stage, value in seconds.items()),
     }
     print_facts(summary["map"], facts)
-    trial, unit = summary["cross_validation"], summary["unit"]
-    columns = ("left out", "images", *(f"{name} [{unit}]" for name in ("median", "mean", "p95", "max")))
-    print_table("Errors on images left out", columns, [tuple(fold.values()) for fold in trial["folds"]])
     for skipped in summary["skipped"]:
         hint(f"skipped in {skipped['recording']}: {skipped['reason']}")
-    if trial["kind"] == "none":
-        hint("too few images to leave some out: errors and radius of this map are untested")
-    elif trial["kind"] == "blocks":
-        hint("calibrated on one session only, so the radius knows no other light or season; map a second drive")
+    print_trials(summary["cross_validation"], summary["unit"])

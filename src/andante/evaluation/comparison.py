@@ -15,7 +15,8 @@ from andante.evaluation.figures import Figures, errors_of, figures_of_run, truth
 from andante.evaluation.running import FeatureLocalizer, Run, run_on_features
 from andante.evaluation.verdict import verdict
 from andante.mapping import Progress, SlowMap
-from andante.mapping.slow_map import MAX_SHARED_PICTURES, Unit
+from andante.mapping.sessions import MAX_SHARED_PICTURES
+from andante.mapping.slow_map import Unit
 from andante.protocols import Recording
 
 _ODOMETRY_NOTE = (

@@ -28,16 +28,18 @@ from andante.errors import AndanteError, MapError
 from andante.mapping.calibration import Calibration
 from andante.mapping.compact import CompactModel
 from andante.mapping.config import MapConfig
-from andante.mapping.consistency import check_parts
+from andante.mapping.consistency import check_memory, check_parts, check_sources
 from andante.mapping.frontend import FrontEnd
+from andante.mapping.memory import Source, memory_arrays, memory_of, rows_of
 from andante.mapping.readout import LocalReadout
 from andante.mapping.regressions import GaussianProcessReadout, PolynomialReadout
-from andante.mapping.slow_map import SlowMap, Source, Unit
+from andante.mapping.slow_map import SlowMap, Unit
 
-SCHEMA = 1
+SCHEMA = 2
 MAX_BYTES = 2**31
 _KEY = "andante"
-_DTYPES = ("F32", "F64", "I64")
+_DTYPES = ("F16", "F32", "F64", "I8", "I64", "U32")
+_MEMORY = "memory"
 _Side = Annotated[int, Field(ge=1, le=2**16)]
 _READOUTS: dict[str, type[LocalReadout] | type[PolynomialReadout] | type[GaussianProcessReadout]] = {
     "local": LocalReadout,
@@ -53,6 +55,7 @@ class _Header(BaseModel):
     name: str
     unit: Unit
     config: MapConfig
+    asked: MapConfig
     camera: CameraSpec
     image_shape: tuple[_Side, _Side]
     calibration: Calibration
@@ -63,6 +66,9 @@ def write_map(slowmap: SlowMap, path: str | Path) -> int:
     """Write atomically and return the size in bytes; raises ``MapError`` where the place cannot be written."""
     path = Path(path)
     arrays = _prefixed("model", slowmap.model.to_arrays()) | _prefixed("readout", slowmap.readout.to_arrays())
+    arrays["pictures"] = np.concatenate(slowmap.pictures)
+    if slowmap.memory is not None:
+        arrays |= _prefixed(_MEMORY, memory_arrays(slowmap.memory))
     # safetensors 0.8 writes the memory of a strided view as if it were contiguous.
     contiguous = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
     try:
@@ -80,8 +86,11 @@ def write_map(slowmap: SlowMap, path: str | Path) -> int:
     return len(data)
 
 
-def read_map(path: str | Path) -> SlowMap:
-    """Read and check a map; raises ``MapError`` saying what is wrong with it."""
+def read_map(path: str | Path, *, with_memory: bool = False) -> SlowMap:
+    """Read and check a map; raises ``MapError`` saying what is wrong with it.
+
+    The memory of its frames, where it has one, is read only where ``with_memory`` asks for it.
+    """
     path = Path(path)
     try:
         size = path.stat().st_size
@@ -90,7 +99,7 @@ def read_map(path: str | Path) -> SlowMap:
     if not path.is_file() or size > MAX_BYTES:
         raise MapError(f"map {path} is no map: {size} bytes, a map is a file of at most {MAX_BYTES}")
     try:
-        header, arrays = _read(path)
+        header, arrays = _read(path, with_memory=with_memory)
         return _assembled(header, arrays, path)
     except (SafetensorError, OSError) as error:
         raise MapError(f"map {path} is damaged or no map: {error}; make it again with: andante map") from None
@@ -106,11 +115,18 @@ def _header(slowmap: SlowMap, path: Path) -> dict[str, Any]:
         "name": slowmap.name,
         "unit": slowmap.unit,
         "config": slowmap.config.model_dump(mode="json"),
+        # A map that was loaded without its memory is written without it, and says so.
+        "asked": _asked(slowmap).model_dump(mode="json"),
         "camera": dataclasses.asdict(front_end.camera),
         "image_shape": list(front_end.image_shape),
         "calibration": dataclasses.asdict(slowmap.calibration),
         "sources": [_source(source, path) for source in slowmap.sources],
     }
+
+
+def _asked(slowmap: SlowMap) -> MapConfig:
+    remembers = slowmap.memory is not None
+    return slowmap.asked.with_values({"memory": {"keep": remembers}})
 
 
 def _source(source: Source, path: Path) -> dict[str, Any]:
@@ -134,12 +150,14 @@ def _replace(path: Path, data: bytes) -> None:
         raise
 
 
-def _read(path: Path) -> tuple[_Header, dict[str, NDArray[Any]]]:
+def _read(path: Path, *, with_memory: bool) -> tuple[_Header, dict[str, NDArray[Any]]]:
     """Header and arrays, each checked for itself."""
     with safe_open(path, framework="numpy") as file:
         header = _checked_header(file.metadata() or {})
         arrays = {}
         for name in file.keys():  # noqa: SIM118 (not a mapping)
+            if name.startswith(f"{_MEMORY}.") and not with_memory:
+                continue
             dtype = file.get_slice(name).get_dtype()
             if dtype not in _DTYPES:
                 raise MapError(f"array {name} is of type {dtype}, allowed are {', '.join(_DTYPES)}")
@@ -180,7 +198,27 @@ def _assembled(header: _Header, arrays: dict[str, NDArray[Any]], path: Path) -> 
     readout = _READOUTS[config.readout.kind].from_arrays(_section("readout", arrays))
     check_parts(front_end, model, readout)
     sources = tuple(_found_again(source, path) for source in header.sources)
-    return SlowMap(config, front_end, model, readout, header.calibration, sources, header.unit, header.name)
+    pictures = arrays.get("pictures", np.empty(0, np.uint32))
+    check_sources(sources, pictures, header.calibration)
+    fingerprints = tuple(pictures[rows] for rows in rows_of(sources))
+    remembered = _section(_MEMORY, arrays)
+    memory = None
+    if remembered:
+        check_memory(remembered, sources, front_end)
+        memory = memory_of(remembered, sources, fingerprints)
+    return SlowMap(
+        config=config,
+        asked=header.asked,
+        front_end=front_end,
+        model=model,
+        readout=readout,
+        calibration=header.calibration,
+        sources=sources,
+        pictures=fingerprints,
+        unit=header.unit,
+        name=header.name,
+        memory=memory,
+    )
 
 
 def _found_again(source: Source, path: Path) -> Source:

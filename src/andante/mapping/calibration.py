@@ -12,16 +12,15 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from andante.data import FloatArray, IndexArray
+from andante.data import FloatArray
 from andante.errors import LearningError
-from andante.mapping.config import CalibrationConfig
+from andante.mapping.folds import Folds, Mask
 from andante.mapping.learning import Ground
 from andante.mapping.located import Located
 
 Kind = Literal["sessions", "blocks", "none"]
-FoldLocator = Callable[[NDArray[np.bool_], NDArray[np.bool_]], tuple[Located, FloatArray]]
+FoldLocator = Callable[[Mask, Mask], tuple[Located, FloatArray]]
 """Learns from the frames of the first mask, locates those of the second and says how like strangers they are."""
 
 _STRANGERS: dict[str, tuple[float, float]] = {"sessions": (0.9, 0.99), "blocks": (0.5, 0.9)}
@@ -30,9 +29,10 @@ _FEW_DISAGREE = 0.01
 
 @dataclass(frozen=True)
 class Fold:
-    """Errors of one held-out part, in metres or places."""
+    """Errors of one held-out part, in metres or places; ``sessions`` are the numbers of those it came from."""
 
     left_out: str
+    sessions: tuple[int, ...]
     n: int
     median: float
     mean: float
@@ -59,16 +59,14 @@ class Calibration:
     folds: tuple[Fold, ...] = ()
 
 
-def calibrate(ground: Ground, names: list[str], locate_fold: FoldLocator, config: CalibrationConfig) -> Calibration:
+def calibrate(ground: Ground, folds: Folds, locate_fold: FoldLocator, coverage: float) -> Calibration:
     """Cross-validate and turn held-out errors into a radius factor and thresholds."""
-    kind, fold_of, labels = _folds(ground, names, config)
-    errors, sigmas, agreement, strangers, folds = [], [], [], [], []
-    for fold, label in enumerate(labels):
-        test = fold_of == fold
+    errors, sigmas, agreement, strangers, figures = [], [], [], [], []
+    for label, members, (train, test) in zip(folds.labels, folds.members, folds, strict=True):
         if not test.any() or test.all():
             continue
         try:
-            located, strange = locate_fold(~test, test)
+            located, strange = locate_fold(train, test)
         except LearningError:
             continue  # too little is left to learn from without this part: nothing can be said of it
         error = np.linalg.norm(located.xy - ground.xy[test], axis=1)
@@ -76,17 +74,17 @@ def calibrate(ground: Ground, names: list[str], locate_fold: FoldLocator, config
         sigmas.append(located.sigma)
         agreement.append(located.agreement)
         strangers.append(strange)
-        folds.append(_fold(label, error))
+        figures.append(_fold(label, members, error))
     if not errors:
         return Calibration("none", 3.0, 0.0, 0.0, 0.0)
-    off_map, degraded = _quantiles(np.concatenate(strangers), *_STRANGERS[kind])
+    off_map, degraded = _quantiles(np.concatenate(strangers), *_STRANGERS[folds.kind])
     return Calibration(
-        kind=kind,
-        radius_factor=conformal_factor(np.concatenate(errors), np.concatenate(sigmas), config.coverage),
+        kind=folds.kind,
+        radius_factor=conformal_factor(np.concatenate(errors), np.concatenate(sigmas), coverage),
         degraded_below=degraded,
         lost_below=min(0.5, float(np.quantile(np.concatenate(agreement), _FEW_DISAGREE))),
         off_map_below=off_map,
-        folds=tuple(folds),
+        folds=tuple(figures),
     )
 
 
@@ -105,22 +103,6 @@ def conformal_factor(error: FloatArray, sigma: FloatArray, coverage: float) -> f
     return float(scores[min(rank, len(scores)) - 1])
 
 
-def _folds(ground: Ground, names: list[str], config: CalibrationConfig) -> tuple[Kind, IndexArray, list[str]]:
-    """The fold of every frame (n,) and the name of every fold."""
-    sessions = np.unique(ground.session)
-    if len(sessions) > 1:
-        count = min(len(sessions), config.folds)
-        fold_of = np.searchsorted(sessions, ground.session) % count
-        labels = [" + ".join(names[int(s)] for s in sessions[fold::count]) for fold in range(count)]
-        return "sessions", fold_of, labels
-    # Long enough that the neighbours of most frames are gone, short enough that a place remains near.
-    block = config.block_m or 4 * ground.radius
-    steps = np.linalg.norm(np.diff(ground.xy, axis=0), axis=1)
-    travelled = np.concatenate([[0.0], np.cumsum(steps)])
-    fold_of = (travelled // block).astype(np.int64) % config.folds
-    return "blocks", fold_of, [f"blocks {fold + 1} of {config.folds}" for fold in range(config.folds)]
-
-
-def _fold(label: str, error: FloatArray) -> Fold:
+def _fold(label: str, members: tuple[int, ...], error: FloatArray) -> Fold:
     median, mean, p95, worst = np.median(error), error.mean(), np.quantile(error, 0.95), error.max()
-    return Fold(label, len(error), float(median), float(mean), float(p95), float(worst))
+    return Fold(label, members, len(error), float(median), float(mean), float(p95), float(worst))

@@ -1,4 +1,4 @@
-"""Slow features as a map keeps them: single precision, ready to run."""
+"""Slow features as a map keeps them: half precision on disk, single precision at work."""
 
 from __future__ import annotations
 
@@ -30,27 +30,26 @@ def products(queries: NDArray[np.float32], rows: NDArray[np.float32]) -> NDArray
 class CompactModel:
     """Features (n, d) float32 -> slow features (n, k) float64.
 
-    ``mean`` (d,) and ``weights`` (d, r) are float32: at a few thousand inputs the product is bound by memory, and
-    halving it halves the time and the file. ``quadratic``, where present, follows on the expansion of the r
-    linear outputs. ``deltas`` (k,) are those of learning.
+    ``mean`` (d,) is float32. ``weights`` (r, d) float16 times ``scale`` (r,) float32 are the rows of the linear part,
+    each with a largest weight of one, so that no unit of the features takes digits away. ``quadratic``, where present,
+    follows on the expansion of the r linear outputs. ``deltas`` (k,) are those of learning.
     """
 
     mean: NDArray[np.float32]
-    weights: NDArray[np.float32]
+    weights: NDArray[np.float16]
+    scale: NDArray[np.float32]
     deltas: FloatArray
     quadratic: AffineModel | None = None
 
     @classmethod
     def of(cls, model: AffineModel | QuadraticModel) -> CompactModel:
-        """The same model in single precision."""
+        """The same model, rounded to what a file holds."""
         first = model if isinstance(model, AffineModel) else model.reduce
         quadratic = None if isinstance(model, AffineModel) else model.slow
-        return cls(
-            np.ascontiguousarray(first.mean, dtype=np.float32),
-            np.ascontiguousarray(first.weights, dtype=np.float32),
-            model.deltas,
-            quadratic,
-        )
+        largest = np.abs(first.weights).max(axis=0)
+        scale = np.where(largest > 0, largest, 1.0)
+        rows = np.ascontiguousarray((first.weights / scale).T, dtype=np.float16)
+        return cls(first.mean.astype(np.float32), rows, scale.astype(np.float32), model.deltas, quadratic)
 
     @property
     def input_dim(self) -> int:
@@ -70,7 +69,7 @@ class CompactModel:
 
     @cached_property
     def _rows(self) -> NDArray[np.float32]:
-        return np.ascontiguousarray(self.weights.T)
+        return self.weights.astype(np.float32) * self.scale[:, None]
 
     def spread(self, features: NDArray[np.float32]) -> FloatArray:
         """(n, d) float32 -> (n,) distances from the average of the mapped images."""
@@ -78,7 +77,12 @@ class CompactModel:
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Arrays by name, for a file."""
-        arrays: dict[str, NDArray[Any]] = {"mean": self.mean, "weights": self.weights, "deltas": self.deltas}
+        arrays: dict[str, NDArray[Any]] = {
+            "mean": self.mean,
+            "weights": self.weights,
+            "scale": self.scale,
+            "deltas": self.deltas,
+        }
         if self.quadratic is not None:
             arrays |= {f"quadratic.{name}": array for name, array in self.quadratic.to_arrays().items()}
         return arrays
@@ -86,9 +90,8 @@ class CompactModel:
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> CompactModel:
         """The inverse of ``to_arrays``."""
-        require_names(arrays, ("mean", "weights", "deltas"), "CompactModel")
+        require_names(arrays, ("mean", "weights", "scale", "deltas"), "CompactModel")
         prefix = "quadratic."
         second = {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
-        return cls(
-            arrays["mean"], arrays["weights"], arrays["deltas"], AffineModel.from_arrays(second) if second else None
-        )
+        quadratic = AffineModel.from_arrays(second) if second else None
+        return cls(arrays["mean"], arrays["weights"], arrays["scale"], arrays["deltas"], quadratic)

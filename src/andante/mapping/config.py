@@ -55,19 +55,25 @@ class LearningConfig(_Frozen):
 
     ``place_radius_m`` defaults to 2.5 typical steps of the robot, at least 0.35 m. ``pca_components`` of 0 leaves
     the compression out. ``expansion`` quadratic is the thesis' network: linear SFA to ``reduced_dim``,
-    expansion, SFA. ``edge_ridge`` is the white noise, in units of the mean edge variance, that is expected
-    between two visits of a place beyond what the recordings show; the fewer the conditions, the larger.
+    expansion, SFA.
+
+    ``invariance`` is how much more what differs between visits of a place is to be ignored than what changes along the
+    way (the beta of theory 2; places order). ``edge_ridge`` is the white noise, in units of the mean edge variance,
+    that is expected between two visits beyond what the recordings show; the fewer the conditions, the larger. These
+    two and ``slow_features`` are chosen by leaving sessions out where they are ``None``. ``density_corrected`` lets
+    places count alike, however long the robot dwelt there.
     """
 
     order: Order = "places"
     place_radius_m: Annotated[float, Field(gt=0)] | None = None
-    slow_features: Count = 192
+    slow_features: Count | None = None
     pca_components: Annotated[int, Field(ge=0)] = 256
     expansion: Literal["linear", "quadratic"] = "linear"
     reduced_dim: Count = 20
     ridge: Annotated[float, Field(ge=0)] = 0.0
-    edge_ridge: Annotated[float, Field(ge=0)] = 10.0
-    across_weight: Annotated[float, Field(gt=0)] = 1.0
+    edge_ridge: Annotated[float, Field(ge=0)] | None = None
+    invariance: Annotated[float, Field(ge=0)] | None = None
+    density_corrected: bool = False
     stationary_m: Annotated[float, Field(ge=0)] = 0.01
 
 
@@ -89,11 +95,21 @@ class ReadoutConfig(_Frozen):
 
 
 class CalibrationConfig(_Frozen):
-    """How the 90 % radius is learnt: sessions left out, or blocks of ``block_m`` of a single session."""
+    """How the 90 % radius is learnt: sessions left out in at most ``folds`` groups, or blocks of ``block_m`` of one."""
 
     coverage: Annotated[float, Field(gt=0, lt=1)] = 0.9
-    folds: Annotated[int, Field(ge=2, le=20)] = 5
+    folds: Annotated[int, Field(ge=2, le=20)] = 10
     block_m: Annotated[float, Field(gt=0)] | None = None
+
+
+class MemoryConfig(_Frozen):
+    """Whether a map remembers its frames (``keep``), so that it can be updated, and how many at most.
+
+    Beyond ``max_frames`` they are thinned by place and session.
+    """
+
+    keep: bool = True
+    max_frames: Annotated[int, Field(ge=100)] = 20_000
 
 
 class MapConfig(_Frozen):
@@ -106,6 +122,7 @@ class MapConfig(_Frozen):
     learning: LearningConfig = LearningConfig()
     readout: ReadoutConfig = ReadoutConfig()
     calibration: CalibrationConfig = CalibrationConfig()
+    memory: MemoryConfig = MemoryConfig()
 
     @classmethod
     def thesis(cls) -> MapConfig:

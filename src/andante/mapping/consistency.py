@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from andante.errors import MapError
+from andante.mapping.calibration import Calibration
+from andante.mapping.codes import LARGEST_CODE, Codes
 from andante.mapping.compact import CompactModel
 from andante.mapping.config import MAX_DEGREE
 from andante.mapping.frontend import FrontEnd
 from andante.mapping.located import Readout
+from andante.mapping.memory import Source
 from andante.mapping.readout import LocalReadout
 from andante.mapping.regressions import GaussianProcessReadout, PolynomialReadout
+from andante.sfa.arrays import require_names
 
 
 def check_parts(front_end: FrontEnd, model: CompactModel, readout: Readout) -> None:
     """Every product that localizing will form and every number that it divides by; raises ``MapError``."""
-    r = model.weights.shape[1] if model.weights.ndim == 2 else -1
+    r = len(model.weights)
     k = r if model.quadratic is None else model.quadratic.output_dim
     _expect("model.mean", model.mean, (front_end.dim,), "f4")
-    _expect("model.weights", model.weights, (front_end.dim, r), "f4")
+    _expect("model.weights", model.weights, (r, front_end.dim), "f2")
+    _expect("model.scale", model.scale, (r,), "f4")
     _expect("model.deltas", model.deltas, (k,), "f8")
     if model.quadratic is not None:
         _expect("model.quadratic.weights", model.quadratic.weights, (r + r * (r + 1) // 2, k), "f8")
@@ -33,11 +39,37 @@ def check_parts(front_end: FrontEnd, model: CompactModel, readout: Readout) -> N
         _check_gaussian_process(readout, k)
 
 
+def check_sources(sources: Sequence[Source], pictures: NDArray[Any], calibration: Calibration) -> None:
+    """Whether the map's sources, their fingerprints and the trials on them speak of the same; raises ``MapError``."""
+    if any(source.frames < 0 for source in sources):
+        raise MapError("a source has fewer than 0 frames")
+    _expect("pictures", pictures, (sum(source.frames for source in sources),), "u4")
+    for fold in calibration.folds:
+        if not all(0 <= session < len(sources) for session in fold.sessions):
+            raise MapError(f"trial {fold.left_out!r} speaks of sessions {fold.sessions}, but there are {len(sources)}")
+
+
+def check_memory(arrays: Mapping[str, NDArray[Any]], sources: Sequence[Source], front_end: FrontEnd) -> None:
+    """Whether what a map remembers fits its sources and its features; raises ``MapError``."""
+    require_names(arrays, ("codes", "scale", "xy", "number"), "the memory of a map")
+    n = sum(source.frames for source in sources)
+    _check_codes("memory", Codes.from_arrays(arrays), n, front_end.dim)
+    _expect("memory.xy", arrays["xy"], (n, 2), "f8")
+    _expect("memory.number", arrays["number"], (n,), "i8")
+
+
+def _check_codes(section: str, codes: Codes, count: int, dim: int) -> None:
+    _expect(f"{section}.codes", codes.codes, (count, dim), "i1")
+    _expect(f"{section}.scale", codes.scale, (count,), "f4")
+    if count and (codes.codes.min() < -LARGEST_CODE or codes.scale.min() < 0):
+        raise MapError(f"array {section}.codes or {section}.scale holds what nothing is coded as")
+
+
 def _check_local(readout: LocalReadout, k: int) -> None:
-    count = len(readout.references)
-    _expect("readout.references", readout.references, (count, k), "f4")
+    count = len(readout.codes)
+    _check_codes("readout", readout.codes, count, k)
     _expect("readout.xy", readout.xy, (count, 2), "f8")
-    _expect("readout.spread", readout.spread, (count,), "f8")
+    _expect("readout.spread", readout.spread, (count,), "f4")
     _expect("readout.metric", readout.metric, (k,), "f8")
     if not 1 <= readout.neighbours <= count:
         raise MapError(f"{readout.neighbours} neighbours of {count} references")

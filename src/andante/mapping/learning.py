@@ -1,17 +1,42 @@
-"""Features and edges -> slow features and the metric in which they are compared."""
+"""Features and an order -> slow features and the metric in which they are compared.
+
+An order says which frames belong together, and there are three behind one function, ``training_moments``: ``places``
+(all frames of a place, whatever the session, in closed form), ``restructured`` (the thesis' interleaved sequence, 6.2)
+and ``temporal`` (each frame with the next).
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from andante.data import Edges, FloatArray, IndexArray
 from andante.errors import LearningError
-from andante.mapping.config import LearningConfig
-from andante.sequences import place_edges, restructured_edges, temporal_edges
-from andante.sfa import AffineModel, Moments, QuadraticModel, expand_quadratic, solve_slow
+from andante.mapping.config import Order
+from andante.sequences import restructured_edges, temporal_edges
+from andante.sfa import AffineModel, Moments, PlaceMoments, QuadraticModel, expand_quadratic, solve_slow
+
+_CELLS_PER_RADIUS = 2.5
+"""A place is as large as a typical step of the robot, of which a place radius has 2.5."""
+_LEAST_STRENGTH = 1e-5
+"""Of a direction, relative to the strongest: below it, squared, ``solve_slow`` takes it for none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Recipe:
+    """How to learn, nothing left open; the fields of ``LearningConfig`` with the same names say what they mean."""
+
+    order: Order
+    expansion: Literal["linear", "quadratic"]
+    reduced_dim: int
+    slow_features: int
+    ridge: float
+    edge_ridge: float
+    invariance: float
+    density_corrected: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +49,13 @@ class Learnt:
 
     model: AffineModel | QuadraticModel
     metric: FloatArray
+
+    def slowest(self, count: int) -> Learnt:
+        """The first features alone; as each is solved for given those before it, these do not change."""
+        model = self.model
+        if isinstance(model, AffineModel):
+            return Learnt(_first(model, count), self.metric[:count])
+        return Learnt(QuadraticModel(model.reduce, _first(model.slow, count)), self.metric[:count])
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +71,17 @@ class Ground:
     number: IndexArray
     radius: float
 
-    def subset(self, chosen: NDArray[np.bool_]) -> Ground:
+    def __len__(self) -> int:
+        return len(self.xy)
+
+    def subset(self, chosen: IndexArray | NDArray[np.bool_]) -> Ground:
         """Some of the frames."""
         return Ground(self.xy[chosen], self.session[chosen], self.number[chosen], self.radius)
+
+    @property
+    def cells(self) -> IndexArray:
+        """(n, 2) the place of every frame: cells of a grid that all sessions share."""
+        return np.floor(self.xy * (_CELLS_PER_RADIUS / self.radius)).astype(np.int64)
 
 
 def typical_radius(xy: FloatArray, session: IndexArray, least: float) -> float:
@@ -50,61 +90,84 @@ def typical_radius(xy: FloatArray, session: IndexArray, least: float) -> float:
     return max(least, 2.5 * float(np.median(steps))) if len(steps) else least
 
 
-def learning_edges(ground: Ground, config: LearningConfig, seed: int) -> Edges:
-    """The edges that the configured order asks for; raises ``LearningError`` where there are none."""
-    several = len(np.unique(ground.session)) > 1
-    if config.order == "places":
-        edges = place_edges(ground.xy, ground.radius, ground.session, across_weight=config.across_weight)
-    elif config.order == "restructured" and several:
+def training_moments(x: NDArray[np.floating[Any]], ground: Ground, recipe: Recipe, seed: int) -> Moments:
+    """What the configured order makes of samples ``x`` (n, d); raises ``LearningError`` where it joins nothing."""
+    if recipe.order == "places":
+        if not np.ptp(x, axis=0).any():
+            raise LearningError(f"none of the {x.shape[1]} signals varies over the {len(x)} samples: all are the same")
+        return place_moments(x, ground).moments(recipe.invariance, density_corrected=recipe.density_corrected)
+    return Moments.of(x, _edges(ground, recipe, seed))
+
+
+def place_moments(x: NDArray[np.floating[Any]], ground: Ground) -> PlaceMoments:
+    """Samples ``x`` (n, d) grouped by the cells of the ground."""
+    return PlaceMoments.of(x, ground.cells)
+
+
+def learn_slow(x: NDArray[np.float32], ground: Ground, recipe: Recipe, seed: int) -> Learnt:
+    """Slow features of ``x`` (n, d) in the order asked for; raises ``LearningError`` for too little data."""
+    require_frames(len(x), recipe)
+    if recipe.expansion == "linear":
+        return linear_slow(training_moments(x, ground, recipe, seed), most_features(x), recipe)
+    reduce = _solved(training_moments(x, ground, recipe, seed), recipe.reduced_dim, recipe)
+    moments = training_moments(expand_quadratic(reduce.transform(x)), ground, recipe, seed)
+    slow = _solved(moments, recipe.slow_features, recipe)
+    return Learnt(QuadraticModel(reduce, slow), _metric(slow, moments, recipe))
+
+
+def linear_slow(moments: Moments, most: int, recipe: Recipe) -> Learnt:
+    """The linear case from moments alone, at most ``most`` features."""
+    model = _solved(moments, min(recipe.slow_features, most), recipe)
+    return Learnt(model, _metric(model, moments, recipe))
+
+
+def most_features(x: NDArray[np.float32]) -> int:
+    """How many slow features ``x`` (n, d) has: with few frames, as in a fold, fewer than the configured number."""
+    if len(x) > x.shape[1]:
+        return int(x.shape[1])
+    # Each picture but the first adds one direction; a camera that hangs repeats pictures, up to rounding.
+    centred = x - x.mean(axis=0, dtype=np.float64)
+    scale = np.sqrt((centred**2).sum(axis=0))
+    strength = np.linalg.svd(centred / np.where(scale > 0, scale, 1.0), compute_uv=False)
+    return max(1, int((strength > _LEAST_STRENGTH * strength.max(initial=0.0)).sum()))
+
+
+def require_frames(n: int, recipe: Recipe) -> None:
+    """Raise ``LearningError`` for fewer frames than can be learnt from."""
+    needed = 10 if recipe.expansion == "linear" else recipe.slow_features + recipe.reduced_dim
+    if n < needed:
+        raise LearningError(
+            f"{n} usable frames are too few to learn from, at least {needed} are needed; record a longer drive"
+        )
+
+
+def _edges(ground: Ground, recipe: Recipe, seed: int) -> Edges:
+    """The thesis' orders, one edge after the other."""
+    if recipe.order == "restructured" and len(np.unique(ground.session)) > 1:
         edges = restructured_edges(ground.xy, ground.session, ground.radius, np.random.default_rng(seed))
     else:
         # Numbers stand for times: frames on both sides of a held-out block are no neighbours.
         edges = temporal_edges(ground.session, timestamp_s=ground.number, max_gap_s=1)
     if len(edges) == 0:
         raise LearningError(
-            f"no two of the {len(ground.xy)} frames belong together ({config.order} order, place radius "
+            f"no two of the {len(ground)} frames belong together ({recipe.order} order, place radius "
             f"{ground.radius:.2f}); record more frames or raise learning.place_radius_m"
         )
     return edges
 
 
-def learn_slow(x: NDArray[np.float32], edges: Edges, config: LearningConfig) -> Learnt:
-    """Slow features of ``x`` (n, d) along ``edges``; raises ``LearningError`` where the data does not suffice."""
-    _require_frames(len(x), config)
-    if config.expansion == "linear":
-        moments = Moments.of(x, edges)
-        model = _solved(moments, min(config.slow_features, _most_features(x)), config)
-        return Learnt(model, _metric(model, moments, config))
-    reduce = _solved(Moments.of(x, edges), config.reduced_dim, config)
-    terms = expand_quadratic(reduce.transform(x))
-    moments = Moments.of(terms, edges)
-    slow = _solved(moments, config.slow_features, config)
-    return Learnt(QuadraticModel(reduce, slow), _metric(slow, moments, config))
+def _solved(moments: Moments, count: int, recipe: Recipe) -> AffineModel:
+    return solve_slow(moments, count, ridge=recipe.ridge, edge_ridge=recipe.edge_ridge)
 
 
-def _most_features(x: NDArray[np.float32]) -> int:
-    """How many slow features ``x`` (n, d) has: with few frames, as in a fold, fewer than the configured number."""
-    if len(x) > x.shape[1]:
-        return int(x.shape[1])
-    # Each picture but the first adds one direction; a camera that hangs repeats pictures.
-    return max(1, len(np.unique(x, axis=0)) - 1)
-
-
-def _solved(moments: Moments, count: int, config: LearningConfig) -> AffineModel:
-    return solve_slow(moments, count, ridge=config.ridge, edge_ridge=config.edge_ridge)
-
-
-def _metric(model: AffineModel, moments: Moments, config: LearningConfig) -> FloatArray:
+def _metric(model: AffineModel, moments: Moments, recipe: Recipe) -> FloatArray:
     """1 / sqrt(delta), with the noise of ``edge_ridge`` in delta."""
-    noise = config.edge_ridge * float(np.trace(moments.edge_covariance)) / moments.dim
+    noise = recipe.edge_ridge * float(np.trace(moments.edge_covariance)) / moments.dim
     noisy = model.deltas + noise * (model.weights**2).sum(axis=0)
     metric: FloatArray = 1 / np.sqrt(np.maximum(noisy, 1e-12))
     return metric
 
 
-def _require_frames(n: int, config: LearningConfig) -> None:
-    needed = 10 if config.expansion == "linear" else config.slow_features + config.reduced_dim
-    if n < needed:
-        raise LearningError(
-            f"{n} usable frames are too few to learn from, at least {needed} are needed; record a longer drive"
-        )
+def _first(model: AffineModel, count: int) -> AffineModel:
+    weights = np.ascontiguousarray(model.weights[:, :count])
+    return AffineModel(model.mean, weights, model.deltas[:count], model.rank, model.rank_tolerance)

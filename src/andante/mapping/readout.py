@@ -18,13 +18,14 @@ from scipy.spatial.distance import cdist
 
 from andante.data import FloatArray, IndexArray
 from andante.errors import LearningError
+from andante.mapping.codes import Codes
 from andante.mapping.compact import products
 from andante.mapping.config import ReadoutConfig
 from andante.mapping.located import Located, Readout, named_arrays, tempered
 from andante.mapping.regressions import GaussianProcessReadout, PolynomialReadout
 from andante.mapping.thinning import thinned_by_place
 
-_MEDIAN_SAMPLE = 400
+_MEDIAN_SAMPLE = 200
 _BLOCK_ROWS = 256
 
 
@@ -32,13 +33,13 @@ _BLOCK_ROWS = 256
 class LocalReadout:
     """The nearest references vote, and those around the winner are averaged.
 
-    ``references`` (r, k) float32 are slow features times ``metric`` (k,); ``xy`` (r, 2) their positions and ``spread``
-    (r,) the distances of their features from the average; ``typical`` is the median squared distance between them.
+    ``codes`` are r references, slow features times ``metric`` (k,); ``xy`` (r, 2) their positions and ``spread`` (r,)
+    float32 the distances of their features from the average; ``typical`` is the median squared distance between them.
     """
 
-    references: NDArray[np.float32]
+    codes: Codes
     xy: FloatArray
-    spread: FloatArray
+    spread: NDArray[np.float32]
     metric: FloatArray
     typical: float
     neighbours: int
@@ -58,17 +59,18 @@ class LocalReadout:
         spread: FloatArray | None = None,
     ) -> LocalReadout:
         """From slow features (n, k), positions (n, 2) and, where known, spread (n,) of the mapped frames."""
-        references = np.ascontiguousarray(slow * metric, dtype=np.float32)
-        sample = references[np.linspace(0, len(references) - 1, min(len(references), _MEDIAN_SAMPLE)).astype(int)]
-        typical = float(np.median(cdist(sample, references, "sqeuclidean")))
+        codes = Codes.of(np.asarray(slow * metric, dtype=np.float32))
+        sample = codes.rows(np.linspace(0, len(codes) - 1, min(len(codes), _MEDIAN_SAMPLE)).astype(np.int64))
+        typical = float(np.median(cdist(sample, sample, "sqeuclidean")))
         if typical <= 0:
             raise LearningError("all references look the same in slow-feature space; are the images all one picture?")
-        neighbours = min(config.neighbours, len(references))
+        neighbours = min(config.neighbours, len(codes))
         # Two references of one place are this far apart; no position can be told more finely.
         spacing = np.median(np.linalg.norm(np.diff(xy, axis=0), axis=1)) if len(xy) > 1 else 0.0
         floor_m = max(float(spacing), 0.02 * consensus_m)
         spread = np.full(len(xy), np.inf) if spread is None else spread
-        return cls(references, xy, spread, metric, typical, neighbours, config.sharpness, consensus_m, floor_m)
+        around = spread.astype(np.float32)
+        return cls(codes, xy, around, metric, typical, neighbours, config.sharpness, consensus_m, floor_m)
 
     def locate(self, slow: FloatArray) -> Located:
         """(n, k) -> n positions."""
@@ -94,7 +96,7 @@ class LocalReadout:
         offset = positions - xy[:, None]
         covariance = np.einsum("nm,nmi,nmj->nij", votes, offset, offset) + np.eye(2) * self.floor_m**2 / 2
         likeness = self._likeness(squared, d2[:, 0])
-        spread = np.median(self.spread[nearest], axis=1)
+        spread = np.median(self.spread[nearest], axis=1).astype(np.float64)
         return Located(xy, covariance, likeness, agreement, positions, np.where(chosen, 0, votes), spread)
 
     def strangers(self, slow: FloatArray, xy: FloatArray, apart: float, spread: FloatArray | None = None) -> FloatArray:
@@ -109,6 +111,11 @@ class LocalReadout:
                 likeness = tempered(likeness, spread[rows], self.spread[candidates.argmin(axis=1)])
             parts.append(likeness[np.isfinite(elsewhere)])
         return np.concatenate(parts)
+
+    @cached_property
+    def references(self) -> NDArray[np.float32]:
+        """(r, k) what an image is compared with."""
+        return self.codes.rows()
 
     @cached_property
     def _reference_norms(self) -> NDArray[np.float32]:
@@ -130,7 +137,7 @@ class LocalReadout:
         """Arrays by name, for a file."""
         numbers = [self.typical, self.neighbours, self.sharpness, self.consensus_m, self.floor_m]
         return {
-            "references": self.references,
+            **self.codes.to_arrays(),
             "xy": self.xy,
             "spread": self.spread,
             "metric": self.metric,
@@ -140,9 +147,10 @@ class LocalReadout:
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> LocalReadout:
         """The inverse of ``to_arrays``."""
-        references, xy, spread, metric, numbers = named_arrays(arrays, ("references", "xy", "spread", "metric"), 5)
+        xy, spread, metric, numbers = named_arrays(arrays, ("xy", "spread", "metric"), 5)
         typical, neighbours, sharpness, consensus_m, floor_m = numbers.tolist()
-        return cls(references, xy, spread, metric, typical, int(neighbours), sharpness, consensus_m, floor_m)
+        codes = Codes.from_arrays(arrays)
+        return cls(codes, xy, spread, metric, typical, int(neighbours), sharpness, consensus_m, floor_m)
 
 
 def fit_readout(

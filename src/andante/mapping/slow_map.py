@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -13,59 +12,52 @@ from numpy.typing import NDArray
 
 from andante.data import CameraSpec, Estimate, FloatArray, Hypothesis, ImageArray, Status
 from andante.errors import BlankImageError, ImageError
-from andante.mapping.calibration import Calibration
+from andante.mapping.calibration import Calibration, Fold
 from andante.mapping.compact import CompactModel
 from andante.mapping.config import MapConfig
 from andante.mapping.frontend import FrontEnd
 from andante.mapping.located import Located, Readout, tempered
+from andante.mapping.memory import MappedSession, Source
+from andante.mapping.sessions import short_fingerprint
 from andante.protocols import Recording
 from andante.recordings import picture_fingerprint
 
 Unit = Literal["m", "place"]
 
-MAX_SHARED_PICTURES = 0.05
-"""Share of pictures that two recordings may have in common and still count as two."""
 _SAMPLED_PICTURES = 100
-
-
-@dataclass(frozen=True)
-class Source:
-    """One recording that a map was made from.
-
-    ``content_hash`` tells it from all others; ``folder`` says where it was found, for comparisons that need its
-    images again; ``poses`` is which of its poses were learnt from, reference, odometry or place; ``pictures`` are the
-    fingerprints of the pictures learnt from.
-    """
-
-    name: str
-    content_hash: str
-    frames: int
-    poses: str
-    conditions: Mapping[str, Any] = field(default_factory=dict)
-    skipped: tuple[str, ...] = ()
-    pictures: tuple[str, ...] = field(default=(), repr=False)
-    folder: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class SlowMap:
-    """What is needed to localize, and where it came from; made by ``build_map`` or ``SlowMap.load``."""
+    """What is needed to localize, and where it came from; made by ``build_map`` or ``SlowMap.load``.
+
+    ``config`` is how the map was made, with every default resolved, ``asked`` how it was asked for, with what was left
+    open. ``pictures`` are the fingerprints of each source's frames. ``memory`` are the sessions themselves, where the
+    map remembers them: what ``andante update`` learns from again.
+    """
 
     config: MapConfig
+    asked: MapConfig
     front_end: FrontEnd
     model: CompactModel
     readout: Readout
     calibration: Calibration
     sources: tuple[Source, ...]
+    pictures: tuple[NDArray[np.uint32], ...] = field(repr=False)
     unit: Unit = "m"
     name: str = "andante"
+    memory: tuple[MappedSession, ...] | None = field(default=None, repr=False)
 
     @classmethod
-    def load(cls, path: str | Path) -> SlowMap:
-        """Read a map file; raises ``MapError`` for anything but a complete map of a known schema."""
+    def load(cls, path: str | Path, *, with_memory: bool = False) -> SlowMap:
+        """Read a map file; raises ``MapError`` for anything but a complete map of a known schema.
+
+        Localizing needs no memory of the mapped frames, which may be many times larger than all else, so it stays in
+        the file unless it is asked for; a map that is saved without it cannot be updated any more.
+        """
         from andante.mapping.artifact import read_map
 
-        return read_map(path)
+        return read_map(path, with_memory=with_memory)
 
     def save(self, path: str | Path) -> int:
         """Write the map atomically and return its size in bytes; raises ``MapError`` where that fails."""
@@ -123,6 +115,7 @@ class SlowMap:
             "deltas": [float(delta) for delta in self.model.deltas],
             "panorama_px": [self.front_end.panorama_shape[1], self.front_end.panorama_shape[0]],
             "heading_invariant": self.heading_invariant,
+            "updatable": self.asked.memory.keep,
             "recordings": [
                 {
                     "name": source.name,
@@ -136,10 +129,15 @@ class SlowMap:
             ],
             "cross_validation": {
                 "kind": self.calibration.kind,
-                "folds": [vars(fold) for fold in self.calibration.folds],
+                "folds": [self._fold(fold) for fold in self.calibration.folds],
             },
             "config": self.config.model_dump(mode="json"),
         }
+
+    def _fold(self, fold: Fold) -> dict[str, Any]:
+        conditions = [dict(self.sources[session].conditions) for session in fold.sessions]
+        values = {key: value for key, value in vars(fold).items() if key != "sessions"}
+        return values | {"conditions": conditions if self.calibration.kind == "sessions" else []}
 
     @property
     def heading_invariant(self) -> bool:
@@ -152,14 +150,13 @@ class SlowMap:
 
     def share_learnt(self, recording: Recording) -> float:
         """The share of a recording's pictures that are in the map, by up to 100 of them spread over it."""
-        learnt = {picture for source in self.sources for picture in source.pictures}
         count = len(recording.infos)
         sample = np.unique(np.linspace(0, count - 1, min(count, _SAMPLED_PICTURES)).astype(int)).tolist()
-        seen: list[str] = []
+        seen: list[int] = []
         for index in sample:
             with contextlib.suppress(ImageError):  # where all are read it is judged whether too many are missing
-                seen.append(picture_fingerprint(recording.load(recording.infos[index])))
-        return sum(picture in learnt for picture in seen) / max(1, len(seen))
+                seen.append(short_fingerprint(picture_fingerprint(recording.load(recording.infos[index]))))
+        return float(np.isin(seen, np.concatenate(self.pictures)).sum()) / max(1, len(seen))
 
     def _judge(self, located: Located, spread: FloatArray) -> tuple[Status, str]:
         likeness = float(tempered(located.likeness, spread, located.spread)[0])

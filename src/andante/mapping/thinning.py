@@ -7,6 +7,7 @@ import numpy as np
 from andante.data import FloatArray, IndexArray
 
 _COARSER = 1.25
+_ONE_SPOT_M = 1e-6
 
 
 def thinned_by_place(xy: FloatArray, session: IndexArray, at_most: int) -> IndexArray:
@@ -17,7 +18,8 @@ def thinned_by_place(xy: FloatArray, session: IndexArray, at_most: int) -> Index
     """
     if len(xy) <= at_most:
         return np.arange(len(xy))
-    extent = float(np.ptp(xy, axis=0).max()) or 1.0  # any length will do where all frames share one spot
+    extent = float(np.ptp(xy, axis=0).max())
+    extent = extent if extent > _ONE_SPOT_M else 1.0  # any length will do where all frames share one spot
     # With one cell per frame at first, and few steps until it fits.
     cell = extent / len(xy)
     while True:

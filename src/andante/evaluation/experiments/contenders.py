@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from andante.baselines import NearestNeighbours
 from andante.data import FloatArray
-from andante.evaluation.experiments.drives import EncodedDrive, learn
-from andante.mapping import FrontEnd, MapConfig, SlowMap
+from andante.evaluation.experiments.drives import EncodedDrive
+from andante.mapping import FrontEnd, MapConfig, SlowMap, learn_map
 from andante.mapping.readout import fit_readout
 
 Locate = Callable[[NDArray[np.float32]], FloatArray]
@@ -53,7 +53,7 @@ class Contender:
 
 def fit_map(front_end: FrontEnd, drives: Sequence[EncodedDrive], config: MapConfig) -> Fitted:
     """A map of the drives, as ``andante map`` makes it."""
-    slowmap = learn(list(drives), config)
+    slowmap = learn_map([drive.session for drive in drives], front_end, config)
 
     def locate(features: NDArray[np.float32]) -> FloatArray:
         return slowmap.readout.locate(slowmap.model.transform(features)).xy
@@ -77,7 +77,7 @@ def fit_split(
 ) -> Fitted:
     """The thesis' protocol for one recording (6.3.1): slow features of all frames, a regression of some of them."""
     features, xy = _joined(drives)
-    slowmap, chosen = learn(list(drives), config), list(regressed)
+    slowmap, chosen = learn_map([drive.session for drive in drives], front_end, config), list(regressed)
     readout = fit_readout(
         slowmap.model.transform(features[chosen]),
         xy[chosen],
@@ -106,5 +106,7 @@ def _joined(drives: Sequence[EncodedDrive]) -> tuple[NDArray[np.float32], FloatA
 
 
 def _file_bytes(slowmap: SlowMap) -> int:
+    """Of what localizing needs; the frames that a map remembers to learn from once more are left out."""
+    slowmap = replace(slowmap, memory=None)
     with tempfile.TemporaryDirectory(prefix="andante-") as folder:
         return slowmap.save(Path(folder) / "a.andante")

@@ -1,0 +1,129 @@
+"""Earlier versions of a map file: kept beside it, found again, put back byte by byte.
+
+The versions of ``garden.andante`` lie in ``garden.andante.history/`` as ``0001-<hash>.andante``, oldest first, each the
+very file that once was the map. A version is in there before its successor takes its place, and the map itself is only
+ever replaced as a whole: whatever moment the power fails at, there is a complete map under its name.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import shutil
+import uuid
+from dataclasses import dataclass
+from pathlib import Path
+
+from andante.errors import MapError
+from andante.mapping.slow_map import SlowMap
+
+MAX_VERSIONS = 20
+_NAME = re.compile(r"(\d{4,})-([0-9a-f]{16})\.andante")
+_CHUNK = 2**20
+
+
+@dataclass(frozen=True, slots=True)
+class Version:
+    """One version of a map: ``number`` counts from 1, ``modified_s`` is when its file was written (Unix time)."""
+
+    number: int
+    digest: str
+    path: Path
+    bytes: int
+    modified_s: float
+
+
+def digest_of(path: str | Path) -> str:
+    """16 hex digits of the SHA-256 of a file; raises ``MapError`` where it cannot be read."""
+    whole = hashlib.sha256()
+    try:
+        with Path(path).open("rb") as file:
+            while chunk := file.read(_CHUNK):
+                whole.update(chunk)
+    except OSError as error:
+        raise MapError(f"map {path} cannot be read: {error.strerror}; make one with: andante map") from None
+    return whole.hexdigest()[:16]
+
+
+def versions_of(path: str | Path) -> list[Version]:
+    """The versions kept of a map, oldest first; none where it was never changed."""
+    folder = _folder(Path(path))
+    found = []
+    for entry in folder.iterdir() if folder.is_dir() else ():
+        if match := _NAME.fullmatch(entry.name):
+            status = entry.stat()
+            found.append(Version(int(match[1]), match[2], entry, status.st_size, status.st_mtime))
+    return sorted(found, key=lambda version: version.number)
+
+
+def replace_map(slowmap: SlowMap, path: str | Path, *, expected: str) -> int:
+    """Put a new map in the place of the one whose digest is ``expected``, which is kept; gives its size in bytes.
+
+    Raises ``MapError`` where the file is no longer the expected one, as someone else changed it meanwhile, or where the
+    place cannot be written. At most 20 versions are kept, the oldest go.
+    """
+    path = Path(path)
+    _keep(path, expected)
+    size = slowmap.save(path)
+    for version in versions_of(path)[:-MAX_VERSIONS]:
+        version.path.unlink(missing_ok=True)
+    return size
+
+
+def roll_back(path: str | Path, number: int | None = None) -> Version:
+    """Put a version back, byte by byte: number ``number``, or the one before the current one.
+
+    The current map is kept as a version too, so that nothing is lost; rolling back again goes on to the version before.
+    Raises ``MapError`` where there is no such version or the place cannot be written.
+    """
+    path = Path(path)
+    current, versions = digest_of(path), versions_of(path)
+    own = next((version.number for version in reversed(versions) if version.digest == current), None)
+    earlier = [version for version in versions if own is None or version.number < own]
+    wanted = earlier[-1:] if number is None else [version for version in versions if version.number == number]
+    if not wanted:
+        known = ", ".join(str(version.number) for version in versions) or "none"
+        missing = "no earlier version" if number is None else f"no version {number}"
+        raise MapError(f"map {path} has {missing}; versions kept: {known}; see: andante history {path}")
+    version = wanted[0]
+    if digest_of(version.path) != version.digest:
+        raise MapError(f"version {version.number} of map {path} is damaged; choose another with --to")
+    _keep(path, current)
+    _copy(version.path, path)
+    return version
+
+
+def _folder(path: Path) -> Path:
+    return path.with_name(f"{path.name}.history")
+
+
+def _keep(path: Path, expected: str) -> None:
+    """Make the current file a version, unless it is one already."""
+    current = digest_of(path)
+    if current != expected:
+        raise MapError(f"map {path} was changed by someone else meanwhile; nothing was written, run the command again")
+    versions = versions_of(path)
+    if any(version.digest == current for version in versions):
+        return
+    number = versions[-1].number + 1 if versions else 1
+    folder = _folder(path)
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise MapError(f"the history of map {path} cannot be written: {error.strerror}; check {folder}") from None
+    _copy(path, folder / f"{number:04d}-{current}.andante")
+
+
+def _copy(source: Path, target: Path) -> None:
+    """The bytes and times of a file under another name, all at once."""
+    part = target.parent / f".{target.name}.{uuid.uuid4().hex}.part"
+    try:
+        shutil.copy2(source, part)
+        with part.open("rb+") as file:
+            os.fsync(file.fileno())
+        part.replace(target)
+    except OSError as error:
+        raise MapError(f"{target} cannot be written: {error.strerror}; check space and permissions") from None
+    finally:
+        part.unlink(missing_ok=True)

@@ -1,0 +1,101 @@
+"""Everything that is learnt from, ready for learning: compressed features, where they belong, what is held out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andante.data import FloatArray
+from andante.errors import LearningError
+from andante.mapping.codes import Codes
+from andante.mapping.config import MapConfig
+from andante.mapping.folds import Folds, Mask
+from andante.mapping.learning import Ground, Learnt, Recipe, learn_slow, typical_radius
+from andante.mapping.located import Located, Readout
+from andante.mapping.memory import MappedSession
+from andante.mapping.readout import fit_readout
+from andante.sfa import PCA, pca_of_samples
+
+_PCA_SAMPLE = 800
+_LEAST_RADIUS_M = 0.35
+_LEAST_RADIUS_PLACES = 1.5
+_APART_RADII = 4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lessons:
+    """n frames: compressed features ``x`` (n, p), their distance ``spread`` (n,) from the average, ground and folds.
+
+    ``pca`` is the compression, ``None`` where there is none; it knows no positions.
+    """
+
+    x: NDArray[np.float32]
+    spread: FloatArray
+    pca: PCA | None
+    ground: Ground
+    folds: Folds
+
+
+def lessons_of(sessions: Sequence[MappedSession], features: Codes, config: MapConfig) -> Lessons:
+    """From all frames of some sessions, whose ``features`` come one session after the other."""
+    ground = _ground(sessions, config)
+    names = [session.source.name for session in sessions]
+    return Lessons(*_compressed(features, config), ground, Folds.of(ground, names, config.calibration))
+
+
+def locate_held_out(
+    lessons: Lessons, recipe: Recipe, config: MapConfig, train: Mask, test: Mask
+) -> tuple[Located, FloatArray]:
+    """Learn from the frames of ``train`` (n,) alone, locate those of ``test`` (n,) and say how like strangers they are.
+
+    Everything behind the compression is learnt anew. Raises ``LearningError`` where too little is left to learn from.
+    """
+    x, spread, inside = lessons.x, lessons.spread, lessons.ground.subset(train)
+    learnt = learn_slow(x[train], inside, recipe, config.seed)
+    readout = readout_of(learnt.model.transform(x[train]), learnt, inside, config, spread[train])
+    slow = learnt.model.transform(x[test])
+    apart = _APART_RADII * inside.radius
+    return readout.locate(slow), readout.strangers(slow, lessons.ground.xy[test], apart, spread[test])
+
+
+def readout_of(slow: FloatArray, learnt: Learnt, ground: Ground, config: MapConfig, spread: FloatArray) -> Readout:
+    """The configured readout of slow features (n, k)."""
+    return fit_readout(
+        slow,
+        ground.xy,
+        ground.session,
+        metric=learnt.metric,
+        config=config.readout,
+        consensus_m=config.readout.consensus_m or 2 * ground.radius,
+        spread=spread,
+    )
+
+
+def _ground(sessions: Sequence[MappedSession], config: MapConfig) -> Ground:
+    """Positions of all frames, one session after the other."""
+    xy = np.concatenate([session.xy for session in sessions])
+    session_of = np.repeat(np.arange(len(sessions)), [len(session) for session in sessions])
+    number = np.concatenate([session.number for session in sessions])
+    least = _LEAST_RADIUS_PLACES if sessions[0].source.poses == "place" else _LEAST_RADIUS_M
+    radius = config.learning.place_radius_m or typical_radius(xy, session_of, least)
+    return Ground(xy, session_of, number, radius)
+
+
+def _compressed(features: Codes, config: MapConfig) -> tuple[NDArray[np.float32], FloatArray, PCA | None]:
+    """All frames in the principal components of a sample spread over all sessions (n, p), and their spread (n,)."""
+    if len(features) < 2:
+        raise LearningError(f"{len(features)} usable frames are too few to learn from; record a longer drive")
+    if config.learning.pca_components == 0:
+        rows = features.rows()
+        return rows, np.linalg.norm(rows - rows.mean(axis=0), axis=1).astype(np.float64), None
+    sample = np.unique(np.linspace(0, len(features) - 1, min(len(features), _PCA_SAMPLE)).astype(np.int64))
+    pca = pca_of_samples(features.rows(sample), config.learning.pca_components)
+    mean, components = pca.mean.astype(np.float32), pca.components.astype(np.float32)
+    compressed, spread = np.empty((len(features), pca.output_dim), dtype=np.float32), np.empty(len(features))
+    for covered, vectors in features.chunks():
+        centred = vectors - mean
+        compressed[covered], spread[covered] = centred @ components, np.linalg.norm(centred, axis=1)
+    return compressed, spread, pca

@@ -1,0 +1,132 @@
+"""Versions of a map: nothing is ever lost, half written or swapped, whenever the process dies."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from andante.errors import MapError
+from andante.mapping import SlowMap, update_map
+from andante.mapping.history import MAX_VERSIONS, digest_of, replace_map, roll_back, versions_of
+
+UPDATER = """
+import sys, time
+from andante.mapping import SlowMap
+from andante.mapping.history import digest_of, replace_map
+path, *others = sys.argv[1:]
+maps = [SlowMap.load(other, with_memory=True) for other in others]
+print("ready", flush=True)
+while True:
+    for slowmap in maps:
+        replace_map(slowmap, path, expected=digest_of(path))
+"""
+
+
+@pytest.fixture
+def path(slowmap, tmp_path):
+    slowmap.save(tmp_path / "m.andante")
+    return tmp_path / "m.andante"
+
+
+@pytest.fixture(scope="module")
+def next_map(slowmap, garden):
+    return update_map(slowmap, garden.another_day())[0]
+
+
+def test_a_replaced_map_is_kept(path, next_map):
+    before = path.read_bytes()
+    size = replace_map(next_map, path, expected=digest_of(path))
+    assert size == path.stat().st_size
+    (version,) = versions_of(path)
+    assert (version.number, version.bytes) == (1, len(before))
+    assert version.path.read_bytes() == before
+    assert len(SlowMap.load(path).sources) == 3
+
+
+def test_rolling_back_restores_the_bytes_and_loses_nothing(path, slowmap, next_map):
+    first = path.read_bytes()
+    replace_map(next_map, path, expected=digest_of(path))
+    second = path.read_bytes()
+    assert roll_back(path).number == 1
+    assert path.read_bytes() == first
+    assert [version.path.read_bytes() for version in versions_of(path)] == [first, second]
+    assert roll_back(path, 2).number == 2
+    assert path.read_bytes() == second
+    assert len(versions_of(path)) == 2
+
+
+def test_rolling_back_again_goes_further_back(path, slowmap, next_map):
+    states = [path.read_bytes()]
+    for slowmap_ in (next_map, SlowMap.load(path)):
+        replace_map(slowmap_, path, expected=digest_of(path))
+        states.append(path.read_bytes())
+    roll_back(path)
+    assert path.read_bytes() == states[1]
+    roll_back(path)
+    assert path.read_bytes() == states[0]
+    with pytest.raises(MapError, match=r"has no earlier version; versions kept: 1, 2, 3"):
+        roll_back(path)
+
+
+def test_someone_else_was_faster(path, slowmap, next_map):
+    expected = digest_of(path)
+    next_map.save(path)
+    with pytest.raises(MapError, match="changed by someone else meanwhile; nothing was written"):
+        replace_map(slowmap, path, expected=expected)
+    assert versions_of(path) == []
+
+
+def test_faults(path, next_map, tmp_path):
+    with pytest.raises(MapError, match="has no earlier version; versions kept: none"):
+        roll_back(path)
+    with pytest.raises(MapError, match="cannot be read"):
+        digest_of(tmp_path / "none.andante")
+    replace_map(next_map, path, expected=digest_of(path))
+    with pytest.raises(MapError, match="has no version 7; versions kept: 1"):
+        roll_back(path, 7)
+    versions_of(path)[0].path.write_bytes(b"rotten")
+    now = path.read_bytes()
+    with pytest.raises(MapError, match=r"version 1 of map .* is damaged"):
+        roll_back(path)
+    assert path.read_bytes() == now
+    (path.parent / "other.andante").write_bytes(now)
+    (path.parent / "other.andante.history").write_text("in the way")
+    with pytest.raises(MapError, match=r"history of map .* cannot be written"):
+        replace_map(next_map, path.parent / "other.andante", expected=digest_of(path))
+
+
+def test_the_oldest_versions_go(path, slowmap, next_map):
+    from dataclasses import replace
+
+    for number in range(MAX_VERSIONS + 3):
+        replace_map(replace(slowmap, name=f"map{number}", memory=None), path, expected=digest_of(path))
+    numbers = [version.number for version in versions_of(path)]
+    assert len(numbers) == MAX_VERSIONS
+    assert numbers[-1] == MAX_VERSIONS + 3
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="this system cannot kill a process at once")
+def test_killed_at_twenty_random_moments_a_whole_map_is_left(path, next_map, tmp_path):
+    other = tmp_path / "next.andante"
+    next_map.save(other)
+    first = tmp_path / "first.andante"
+    first.write_bytes(path.read_bytes())
+    whole = {first.read_bytes(), other.read_bytes()}
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        process = subprocess.Popen(
+            [sys.executable, "-c", UPDATER, path, other, first], stdout=subprocess.PIPE, env={**os.environ}
+        )
+        assert process.stdout is not None
+        assert process.stdout.readline() == b"ready\n"
+        time.sleep(float(rng.uniform(0, 0.05)))
+        process.kill()
+        process.wait()
+        process.stdout.close()
+        assert path.read_bytes() in whole
+        SlowMap.load(path, with_memory=True)
+        assert all(version.path.read_bytes() in whole for version in versions_of(path))
