@@ -8,7 +8,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from andante.cli import demo, doctor, evaluate, history, info, localize, merge, simulate, update
+from andante.cli import demo, doctor, evaluate, experiment, history, info, localize, merge, simulate, update
 from andante.cli import map as map_
 from andante.cli.output import complain, examples
 from andante.errors import AndanteError
@@ -68,6 +68,7 @@ app.command("simulate", epilog=simulate.EPILOG)(simulate.command)
 app.command("info", epilog=info.EPILOG)(info.command)
 app.command("doctor", epilog=doctor.EPILOG)(doctor.command)
 app.command("demo", epilog=demo.EPILOG)(demo.command)
+app.command("experiment", epilog=experiment.EPILOG)(experiment.command)
 
 
 def _print_version(wanted: bool) -> None:

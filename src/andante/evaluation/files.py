@@ -52,13 +52,18 @@ def write_csv(path: str | Path, run: Run) -> None:
 
 
 def write_text(path: str | Path, text: str) -> None:
-    """Write UTF-8 beside the place and rename, so that a reader never sees half a file; raises ``InputError``."""
+    """Write UTF-8 as ``write_bytes`` does."""
+    write_bytes(path, text.encode("utf-8"))
+
+
+def write_bytes(path: str | Path, data: bytes) -> None:
+    """Write beside the place and rename, so that a reader never sees half a file; raises ``InputError``."""
     path = Path(path)
     try:
         descriptor, part = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
         try:
-            with os.fdopen(descriptor, "w", encoding="utf-8", newline="") as file:
-                file.write(text)
+            with os.fdopen(descriptor, "wb") as file:
+                file.write(data)
             # The mode that a plainly written file would have got; temporary files are private.
             umask = os.umask(0)
             os.umask(umask)

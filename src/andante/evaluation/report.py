@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from importlib.metadata import version
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +15,7 @@ from andante.errors import ImageError, InputError
 from andante.evaluation.comparison import Evaluation
 from andante.evaluation.figures import Figures
 from andante.evaluation.files import write_text
+from andante.evaluation.pages import render_page
 from andante.evaluation.sections import Section, data_url
 from andante.mapping import SlowMap
 from andante.mapping.readout import LocalReadout
@@ -76,12 +75,8 @@ def write_report(
 
 def render(evaluation: Evaluation, slowmap: SlowMap, sections: Sequence[Section] = ()) -> str:
     """The page as text."""
-    # Both cost more time to import than most commands take.
-    from jinja2 import Environment, StrictUndefined
-
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    template = environment.from_string(files("andante.evaluation").joinpath(_TEMPLATE).read_text(encoding="utf-8"))
-    return template.render(
+    return render_page(
+        _TEMPLATE,
         map_name=slowmap.name,
         evaluation=evaluation,
         sections=sections,
@@ -96,7 +91,6 @@ def render(evaluation: Evaluation, slowmap: SlowMap, sections: Sequence[Section]
         conditions=_conditions(evaluation.recording),
         config=json.dumps(slowmap.config.model_dump(mode="json"), indent=2),
         unit="places" if slowmap.unit == "place" else "m",
-        version=version("andante"),
     )
 
 

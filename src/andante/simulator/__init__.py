@@ -7,7 +7,7 @@ A ``Plan`` says what to simulate; ``SimulatedRecording`` renders it on demand, `
 from andante.simulator.boxes import ObjectBox, object_boxes
 from andante.simulator.camera import SimulatedCamera
 from andante.simulator.conditions import Conditions
-from andante.simulator.export import Progress, render_plan, render_session
+from andante.simulator.export import Progress, render_plan, render_session, render_sessions
 from andante.simulator.garden import Garden, GardenSpec, Scene, Thing
 from andante.simulator.layout import make_garden
 from andante.simulator.odometry import Odometer, OdometryNoise
@@ -42,4 +42,5 @@ __all__ = [
     "object_boxes",
     "render_plan",
     "render_session",
+    "render_sessions",
 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import closing
 from functools import lru_cache
@@ -37,25 +37,9 @@ def render_plan(
     image_format: ImageFormat = "jpg",
     progress: Progress | None = None,
 ) -> list[FolderRecording]:
-    """Every session of a plan as a recording ``folder/NAME``, which appears only when it is complete.
-
-    Sessions that are there already are kept, so that a killed run goes on where it was. ``boxes`` writes a table of
-    object boxes beside each, ``NAME.boxes.csv``. The bytes do not depend on ``workers``; more than one starts
-    processes, so a script needs ``if __name__ == "__main__":``. Raises ``RecordingError`` where a folder holds
-    something else, ``ConfigError`` for fewer than one worker, ``MissingExtraError`` without embreex.
-    """
-    with _Painters(workers) as painters:
-        return [
-            _rendered(
-                SimulatedRecording(plan, session.name),
-                Path(folder) / session.name,
-                painters,
-                boxes=boxes,
-                image_format=image_format,
-                progress=progress,
-            )
-            for session in plan.sessions
-        ]
+    """Every session of a plan as the recording ``folder/NAME``; otherwise as ``render_sessions``."""
+    folders = {session.name: Path(folder) / session.name for session in plan.sessions}
+    return render_sessions(plan, folders, workers=workers, boxes=boxes, image_format=image_format, progress=progress)
 
 
 def render_session(
@@ -68,10 +52,41 @@ def render_session(
     image_format: ImageFormat = "jpg",
     progress: Progress | None = None,
 ) -> FolderRecording:
-    """One session of a plan as the recording ``folder``; otherwise as ``render_plan``."""
+    """One session of a plan as the recording ``folder``; otherwise as ``render_sessions``."""
+    (recording,) = render_sessions(
+        plan, {session: folder}, workers=workers, boxes=boxes, image_format=image_format, progress=progress
+    )
+    return recording
+
+
+def render_sessions(
+    plan: Plan,
+    folders: Mapping[str, str | Path],
+    *,
+    workers: int = 1,
+    boxes: bool = False,
+    image_format: ImageFormat = "jpg",
+    progress: Progress | None = None,
+) -> list[FolderRecording]:
+    """Sessions of a plan by name, each as a recording in a folder of its own, which appears when it is complete.
+
+    Sessions that are there already are kept, so that a killed run goes on where it was. ``boxes`` writes a table of
+    object boxes beside each, ``NAME.boxes.csv``. The bytes do not depend on ``workers``; more than one starts
+    processes, so a script needs ``if __name__ == "__main__":``. Raises ``RecordingError`` where a folder holds
+    something else, ``ConfigError`` for fewer than one worker, ``MissingExtraError`` without embreex.
+    """
     with _Painters(workers) as painters:
-        recording = SimulatedRecording(plan, session)
-        return _rendered(recording, Path(folder), painters, boxes=boxes, image_format=image_format, progress=progress)
+        return [
+            _rendered(
+                SimulatedRecording(plan, name),
+                Path(folder),
+                painters,
+                boxes=boxes,
+                image_format=image_format,
+                progress=progress,
+            )
+            for name, folder in folders.items()
+        ]
 
 
 def _rendered(

@@ -1,0 +1,112 @@
+"""The localizers that experiments compare; another one is one more entry."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andante.baselines import NearestNeighbours
+from andante.data import FloatArray
+from andante.evaluation.experiments.drives import EncodedDrive
+from andante.mapping import FrontEnd, MapConfig, SlowMap, learn_map
+from andante.mapping.readout import fit_readout
+
+Locate = Callable[[NDArray[np.float32]], FloatArray]
+"""Features (n, d) -> positions (n, 2), the best hypothesis for every frame."""
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A localizer that has learnt, and the ``bytes`` that it keeps."""
+
+    locate: Locate
+    bytes: int
+
+
+Fit = Callable[[FrontEnd, Sequence[EncodedDrive], MapConfig], Fitted]
+
+
+@dataclass(frozen=True)
+class Contender:
+    """A localizer by name: ``config`` decides its features, ``fit`` learns from drives.
+
+    ``detail`` is whatever else decides what ``fit`` does, so that finished results are told apart.
+    """
+
+    name: str
+    config: MapConfig = field(repr=False)
+    fit: Fit = field(repr=False)
+    detail: tuple[int, ...] = field(default=(), repr=False)
+
+    @property
+    def key(self) -> dict[str, Any]:
+        """Plain values that change with what the contender does."""
+        return {"name": self.name, "detail": list(self.detail), "config": self.config.model_dump(mode="json")}
+
+
+def fit_map(front_end: FrontEnd, drives: Sequence[EncodedDrive], config: MapConfig) -> Fitted:
+    """A map of the drives, as ``andante map`` makes it."""
+    slowmap = learn_map([drive.session for drive in drives], front_end, config)
+
+    def locate(features: NDArray[np.float32]) -> FloatArray:
+        return slowmap.readout.locate(slowmap.model.transform(features)).xy
+
+    return Fitted(locate, _file_bytes(slowmap))
+
+
+def fit_neighbours(neighbours: int, front_end: FrontEnd, drives: Sequence[EncodedDrive], config: MapConfig) -> Fitted:
+    """Plain nearest neighbours among all frames of the drives."""
+    features, xy = _joined(drives)
+    nearest = NearestNeighbours.fit(front_end, "m", features, xy, neighbours)
+
+    def locate(queries: NDArray[np.float32]) -> FloatArray:
+        return np.stack([nearest.position(query) for query in queries])
+
+    return Fitted(locate, nearest.features.nbytes + nearest.xy.nbytes)
+
+
+def fit_split(
+    regressed: tuple[int, ...], front_end: FrontEnd, drives: Sequence[EncodedDrive], config: MapConfig
+) -> Fitted:
+    """The thesis' protocol for one recording (6.3.1): slow features of all frames, a regression of some of them."""
+    features, xy = _joined(drives)
+    slowmap, chosen = learn_map([drive.session for drive in drives], front_end, config), list(regressed)
+    readout = fit_readout(
+        slowmap.model.transform(features[chosen]),
+        xy[chosen],
+        np.zeros(len(chosen), dtype=np.int64),
+        metric=np.ones(slowmap.model.output_dim),
+        config=config.readout,
+        consensus_m=slowmap.config.readout.consensus_m or np.inf,
+    )
+
+    def locate(queries: NDArray[np.float32]) -> FloatArray:
+        return readout.locate(slowmap.model.transform(queries)).xy
+
+    return Fitted(locate, _file_bytes(slowmap))
+
+
+ANDANTE = Contender("andante", MapConfig(), fit_map)
+THESIS = Contender("thesis choices (Fourier)", MapConfig.thesis(), fit_map)
+NEAREST = tuple(Contender(f"nearest-{count}", MapConfig(), partial(fit_neighbours, count)) for count in (1, 5))
+CONTENDERS = (ANDANTE, THESIS, *NEAREST)
+"""All of them, the package's own first."""
+NEAREST_NOTE = "nearest-1 and nearest-5 see the features of andante"
+
+
+def _joined(drives: Sequence[EncodedDrive]) -> tuple[NDArray[np.float32], FloatArray]:
+    return np.concatenate([drive.features for drive in drives]), np.concatenate([drive.xy for drive in drives])
+
+
+def _file_bytes(slowmap: SlowMap) -> int:
+    """Of what localizing needs; the frames that a map remembers to learn from once more are left out."""
+    slowmap = replace(slowmap, memory=None)
+    with tempfile.TemporaryDirectory(prefix="andante-") as folder:
+        return slowmap.save(Path(folder) / "a.andante")

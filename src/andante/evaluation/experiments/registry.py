@@ -1,0 +1,68 @@
+"""All experiments by name."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from andante.errors import InputError
+from andante.evaluation.experiments.long_term import run_long_term
+from andante.evaluation.experiments.outcome import Experiment
+from andante.evaluation.experiments.plans import COW, GROWING, STATIC, UNSEEN, Scale, long_term_plan, single_plan
+from andante.evaluation.experiments.single import run_dynamic_object, run_slow_light, run_static
+
+DEFAULT_SEED = 23
+"""Of a garden on which nothing in this package was chosen."""
+
+_SMALL, _FULL = Scale(frames=200, image_px=320), Scale(frames=279, image_px=480)
+
+EXPERIMENTS = (
+    Experiment(
+        name="static",
+        title="One recording in static light",
+        source="6.3.1, figure 6.4",
+        thesis="mean 0.08 m, slow features having seen the test images",
+        plan=partial(single_plan, names=(STATIC,)),
+        run=run_static,
+        small=_SMALL,
+        full=_FULL,
+    ),
+    Experiment(
+        name="slow-light",
+        title="Light that grows slowly while the robot maps",
+        source="6.3.1, figures 6.6 and 6.7",
+        thesis="mean 1.41 m; 0.17 m when joined with a static recording",
+        plan=partial(single_plan, names=(STATIC, GROWING, UNSEEN)),
+        run=run_slow_light,
+        small=_SMALL,
+        full=_FULL,
+    ),
+    Experiment(
+        name="dynamic-object",
+        title="A cow that was not mapped",
+        source="6.3.1, figure 6.9",
+        thesis="mean 0.12 m",
+        plan=partial(single_plan, names=(STATIC, UNSEEN, COW)),
+        run=run_dynamic_object,
+        small=_SMALL,
+        full=_FULL,
+    ),
+    Experiment(
+        name="long-term",
+        title="More and more sessions mapped, the next one localized",
+        source="6.3.1, figures 6.10 and 6.11",
+        thesis="mean 0.4 m (Fourier) and 0.5 m (raw images) with nine sessions",
+        plan=long_term_plan,
+        run=run_long_term,
+        small=Scale(frames=150, image_px=240, sessions=6, permutations=5),
+        full=Scale(frames=297, image_px=480, sessions=10, permutations=15),
+    ),
+)
+
+
+def experiment_named(name: str) -> Experiment:
+    """An experiment by name; raises ``InputError`` for an unknown one."""
+    for experiment in EXPERIMENTS:
+        if experiment.name == name:
+            return experiment
+    known = ", ".join(experiment.name for experiment in EXPERIMENTS)
+    raise InputError(f"there is no experiment {name!r}; choose one of {known}")
