@@ -19,7 +19,7 @@ from andante.mapping import MapConfig
         (
             {"readout": {"k": 1}},
             "readout.k",
-            "consensus_m, degree, inputs, kind, max_references, neighbours, sharpness",
+            "caution, consensus_m, degree, inputs, kind, max_references, neighbours, sharpness",
         ),
         ({"calibration": {"alpha": 1}}, "calibration.alpha", "block_m, coverage, folds"),
         ({"memory": {"frames": 1}}, "memory.frames", "keep, max_frames"),

@@ -75,10 +75,12 @@ def test_shapes_and_ranges(name, path, request):
     assert np.linalg.eigvalsh(located.covariance).min() > 0
 
 
-def test_local_finds_its_references_exactly(local, path):
+def test_local_finds_its_references(local, path):
+    """Those it keeps exactly; as they were before they were rounded, within a tenth of their distance."""
     slow, xy = path
+    np.testing.assert_allclose(local.locate(local.references / local.metric).xy, xy, atol=1e-4)
     located = local.locate(slow)
-    np.testing.assert_allclose(located.xy, xy, atol=1e-6)
+    np.testing.assert_allclose(located.xy, xy, atol=0.01)
     np.testing.assert_allclose(located.likeness, 1, atol=1e-4)
     np.testing.assert_allclose(located.agreement, 1, atol=1e-6)
 
@@ -160,7 +162,53 @@ def test_fewer_references_than_neighbours(path):
     slow, xy = (array[:3] for array in path)
     readout = LocalReadout.fit(slow, xy, np.ones(6), CONFIG, CONSENSUS_M)
     assert readout.neighbours == 3
-    np.testing.assert_allclose(readout.locate(slow).xy, xy, atol=1e-6)
+    np.testing.assert_allclose(readout.locate(readout.references).xy, xy, atol=1e-4)
+
+
+def test_between_references_an_image_is_placed_between_them(local, path):
+    slow, xy = path
+    middle = (slow[:-1] + slow[1:]) / 2
+    truth = (xy[:-1] + xy[1:]) / 2
+    apart = np.linalg.norm(local.locate(middle).xy - truth, axis=1)
+    assert np.median(apart) < 0.02
+    voted = LocalReadout.fit(slow, xy, local.metric, CONFIG.model_copy(update={"caution": 1e9}), CONSENSUS_M)
+    assert np.median(np.linalg.norm(voted.locate(middle).xy - truth, axis=1)) > np.median(apart)
+
+
+def test_what_looks_unfamiliar_is_not_interpolated(path):
+    """Moved far away from all references, the votes decide alone, whatever lies in the direction of the move."""
+    slow, xy = path
+    wide = np.column_stack([slow, np.zeros(len(slow))])
+    readout = LocalReadout.fit(wide, xy, np.ones(7), CONFIG, CONSENSUS_M)
+    voted = LocalReadout.fit(wide, xy, np.ones(7), CONFIG.model_copy(update={"caution": 1e9}), CONSENSUS_M)
+    moved = wide + [*[0.0] * 6, 3.0]
+    np.testing.assert_allclose(readout.locate(moved).xy, voted.locate(moved).xy, atol=0.02)
+
+
+def interpolated_by_constraint(references, votes, query, caution, typical):
+    """The weights as the solution of their own optimality conditions, one image at a time."""
+    offset = references - query
+    gram = offset @ offset.T
+    m = len(references)
+    squared = ((references[:, None] - references[None]) ** 2).sum(axis=2)
+    gap = max(squared.sum() / (m * (m - 1)), 1e-9 * typical)
+    pull = max(caution * np.diag(gram).min() ** 2 / gap, 1e-3 * gap)
+    system = np.block([[gram + pull * np.eye(m), np.ones((m, 1))], [np.ones((1, m)), np.zeros((1, 1))]])
+    return np.linalg.solve(system, np.append(pull * votes, 1))[:m]
+
+
+def test_interpolation_solves_its_constrained_problem(path):
+    slow, xy = path
+    config = ReadoutConfig(neighbours=5, sharpness=0.5, caution=2.0)
+    readout = LocalReadout.fit(slow, xy, np.ones(6), config, 1000.0)  # all belong together
+    references = readout.references.astype(np.float64)
+    queries = slow[::7] + 0.1 * np.random.default_rng(6).normal(size=slow[::7].shape)
+    for query, found in zip(queries, readout.locate(queries).xy, strict=True):
+        squared = ((references - query) ** 2).sum(axis=1)
+        nearest = np.argsort(squared)[:5]
+        votes = np.exp(-0.5 * (squared[nearest] / squared[nearest[0]] - 1))
+        weights = interpolated_by_constraint(references[nearest], votes / votes.sum(), query, 2.0, readout.typical)
+        np.testing.assert_allclose(found, weights @ xy[nearest], atol=2e-3)
 
 
 def test_references_are_kept_in_one_byte_a_number(local, path):

@@ -9,8 +9,9 @@ from andante.errors import LearningError
 from andante.mapping import FrontEnd, MapConfig, encode_session, selection
 from andante.mapping.codes import Codes
 from andante.mapping.frontend import camera_and_size
-from andante.mapping.learning import Recipe, place_moments
+from andante.mapping.learning import Recipe, learn_slow, place_moments
 from andante.mapping.lessons import Lessons, lessons_of
+from andante.mapping.readout import LocalReadout
 from andante.mapping.selection import choose_recipe
 
 PRIOR = Recipe("places", "linear", reduced_dim=20, slow_features=192, ridge=0.0, edge_ridge=10.0, invariance=1.0)
@@ -193,6 +194,12 @@ def test_errors_are_those_of_the_held_out_session_and_capped(lessons):
     for number, (train, test) in enumerate(given.folds):
         near = selection._Trial(given.x, given.ground, train, test, 0).errors([recipe], CONFIG.readout, whole)
         far = selection._Trial(given.x, elsewhere, train, test, 0).errors([recipe], CONFIG.readout, None)
+        inside = given.ground.subset(train)
+        learnt = learn_slow(given.x[train], inside, recipe, 0)
+        slow = learnt.model.transform(given.x[train])
+        readout = LocalReadout.fit(slow, inside.xy, learnt.metric, CONFIG.readout, 2 * inside.radius)
+        located = readout.locate(learnt.model.transform(given.x[test]))
+        assert near[0] == pytest.approx(np.linalg.norm(located.xy - given.ground.xy[test], axis=1).mean(), rel=1e-6)
         assert near[0] < 2 * given.ground.radius
         if number == 1:
             assert far[0] == pytest.approx(10 * given.ground.radius)

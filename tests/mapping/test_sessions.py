@@ -206,9 +206,9 @@ def test_one_picture_in_twenty_may_be_shared(monday, days, encode, common, disti
 
 def test_a_piece_of_a_drive_is_not_distinct(monday):
     """However short: what counts is the share of the shorter one."""
-    piece = monday.subset(np.arange(10, 16))
+    piece = monday.subset(np.arange(10, 13))
     piece = dataclasses.replace(piece, source=dataclasses.replace(piece.source, name="piece", content_hash="other"))
-    with pytest.raises(RecordingError, match="'monday' and 'piece' have 6 pictures in common"):
+    with pytest.raises(RecordingError, match="'monday' and 'piece' have 3 pictures in common"):
         require_distinct([monday, piece])
 
 

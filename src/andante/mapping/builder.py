@@ -18,7 +18,7 @@ from andante.mapping.learning import Ground, Learnt, Recipe, learn_slow
 from andante.mapping.lessons import lessons_of, locate_held_out, readout_of
 from andante.mapping.located import Readout
 from andante.mapping.memory import MappedSession, bounded
-from andante.mapping.selection import choose_recipe
+from andante.mapping.selection import choose_caution, choose_recipe
 from andante.mapping.sessions import BuildLog, Progress, encode_session, positions_of, require_distinct
 from andante.mapping.slow_map import SlowMap, Unit
 from andante.protocols import Recording
@@ -75,9 +75,11 @@ def learn_map(
         # Many small problems: on a busy machine two threads of BLAS wait for each other longer than they work.
         with one_thread():
             recipe = choose_recipe(lessons, config)
+            caution = choose_caution(lessons, recipe, config)
         progress("learn", 1, 3)
         learnt = learn_slow(lessons.x, ground, recipe, config.seed)
         recipe = replace(recipe, slow_features=learnt.model.output_dim)
+        asked, config = config, config.with_values({"readout": {"caution": caution}})
         progress("learn", 2, 3)
     with log.timed("readout"):
         with one_thread():
@@ -88,7 +90,7 @@ def learn_map(
         progress("learn", 3, 3)
     return SlowMap(
         config=_resolved(config, sessions, front_end, ground, recipe),
-        asked=config,
+        asked=asked,
         front_end=front_end,
         model=model,
         readout=readout,

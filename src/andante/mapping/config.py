@@ -80,14 +80,17 @@ class LearningConfig(_Frozen):
 class ReadoutConfig(_Frozen):
     """How a position follows from slow features.
 
-    ``local``: the ``neighbours`` nearest references, weighted by exp(-sharpness ((d / d1)² - 1)), averaged over
-    those within ``consensus_m`` of the best (default: 2 place radii). ``polynomial``: of ``degree`` in the
-    slowest ``inputs`` features. At most ``max_references`` are kept, thinned by place.
+    ``local``: the ``neighbours`` nearest references vote, with weights exp(-sharpness ((d / d1)² - 1)); those within
+    ``consensus_m`` of the winner (default: 2 place radii) give the position, between them as the image lies between
+    them in slow-feature space, the less so the more ``caution`` and the less the image looks like any of them. Caution
+    is chosen by leaving sessions out where it is ``None``. ``polynomial``: of ``degree`` in the slowest ``inputs``
+    features. At most ``max_references`` are kept, thinned by place.
     """
 
     kind: ReadoutKind = "local"
     neighbours: Count = 12
     sharpness: Annotated[float, Field(gt=0)] = 16.0
+    caution: Annotated[float, Field(ge=0)] | None = None
     consensus_m: Annotated[float, Field(gt=0)] | None = None
     degree: Annotated[int, Field(ge=1, le=MAX_DEGREE)] = 2
     inputs: Count = 8

@@ -74,6 +74,8 @@ def _check_local(readout: LocalReadout, k: int) -> None:
     if not 1 <= readout.neighbours <= count:
         raise MapError(f"{readout.neighbours} neighbours of {count} references")
     _expect_positive(readout.typical, readout.sharpness, readout.consensus_m, readout.floor_m)
+    if not readout.caution >= 0:
+        raise MapError(f"the caution of the readout is {readout.caution}, but has to be 0 or more")
 
 
 def _check_polynomial(readout: PolynomialReadout, k: int) -> None:

@@ -38,6 +38,11 @@ class Lessons:
     ground: Ground
     folds: Folds
 
+    @property
+    def sessions(self) -> int:
+        """Number of sessions."""
+        return len(np.unique(self.ground.session))
+
 
 def lessons_of(sessions: Sequence[MappedSession], features: Codes, config: MapConfig) -> Lessons:
     """From all frames of some sessions, whose ``features`` come one session after the other."""

@@ -25,7 +25,11 @@ from andante.mapping.located import Located, Readout, named_arrays, tempered
 from andante.mapping.regressions import GaussianProcessReadout, PolynomialReadout
 from andante.mapping.thinning import thinned_by_place
 
+PRIOR_CAUTION = 30.0
+"""Where nothing is known of other lights and seasons: interpolate only what looks as if mapped just now."""
 _MEDIAN_SAMPLE = 200
+_INTERPOLATED = 8
+_LEAST_PULL, _UNMOVED = 1e-3, 1e9
 _BLOCK_ROWS = 256
 
 
@@ -46,6 +50,7 @@ class LocalReadout:
     sharpness: float
     consensus_m: float
     floor_m: float
+    caution: float
 
     @classmethod
     def fit(
@@ -70,7 +75,8 @@ class LocalReadout:
         floor_m = max(float(spacing), 0.02 * consensus_m)
         spread = np.full(len(xy), np.inf) if spread is None else spread
         around = spread.astype(np.float32)
-        return cls(codes, xy, around, metric, typical, neighbours, config.sharpness, consensus_m, floor_m)
+        caution = PRIOR_CAUTION if config.caution is None else config.caution
+        return cls(codes, xy, around, metric, typical, neighbours, config.sharpness, consensus_m, floor_m, caution)
 
     def locate(self, slow: FloatArray) -> Located:
         """(n, k) -> n positions."""
@@ -91,13 +97,45 @@ class LocalReadout:
         chosen = together[np.arange(len(slow)), winner]
         share = np.where(chosen, votes, 0)
         agreement = share.sum(axis=1)
-        xy = np.einsum("nm,nmi->ni", share / agreement[:, None], positions)
+        share = self._interpolated(slow, nearest[:, :_INTERPOLATED], chosen, share / agreement[:, None], d2[:, 0])
+        xy = np.einsum("nm,nmi->ni", share, positions)
         # All votes count for the spread, so that two places that look alike give a large one.
         offset = positions - xy[:, None]
         covariance = np.einsum("nm,nmi,nmj->nij", votes, offset, offset) + np.eye(2) * self.floor_m**2 / 2
         likeness = self._likeness(squared, d2[:, 0])
         spread = np.median(self.spread[nearest], axis=1).astype(np.float64)
         return Located(xy, covariance, likeness, agreement, positions, np.where(chosen, 0, votes), spread)
+
+    def _interpolated(
+        self, slow: FloatArray, nearest: NDArray[np.intp], chosen: NDArray[np.bool_], votes: FloatArray, d1: FloatArray
+    ) -> FloatArray:
+        """Weights (n, m) that place an image between its references instead of at the nearest one.
+
+        The affine combination w of references r_i that comes closest to the image q, held near the votes v::
+
+            min |q - sum w_i r_i|^2 + c |w - v|^2,   sum w_i = 1,   c = caution d1^2 / gap
+
+        (locally linear, as Roweis and Saul 2000). What another light does to an image lies in all directions, so the
+        larger its squared distance ``d1`` (n,) from the nearest reference is against those of the references from
+        each other (gap), the less is interpolated.
+        """
+        few = nearest.shape[1]
+        held, taken = votes[:, :few], chosen[:, :few]
+        offset = self.references[nearest] - np.asarray(slow * self.metric, dtype=np.float32)[:, None]
+        gram = np.asarray(offset @ offset.transpose(0, 2, 1), dtype=np.float64)
+        own = np.einsum("nii->ni", gram)
+        both = taken[:, :, None] & taken[:, None]
+        pairs = both.sum(axis=(1, 2)) - taken.sum(axis=1)
+        apart = np.where(both, own[:, :, None] + own[:, None] - 2 * gram, 0).sum(axis=(1, 2))
+        gap = np.maximum(apart / np.maximum(pairs, 1), 1e-9 * self.typical)
+        pull = np.maximum(self.caution * d1**2 / gap, _LEAST_PULL * gap)
+        # What was not chosen is held at its vote of zero.
+        diagonal = np.where(taken, pull[:, None], _UNMOVED * (own + pull[:, None]))
+        inverse = np.linalg.inv(gram + diagonal[:, :, None] * np.eye(few))
+        free, ones = np.einsum("nij,nj->ni", inverse, pull[:, None] * held), inverse.sum(axis=2)
+        weights = np.zeros_like(votes)
+        weights[:, :few] = free + ones * ((1 - free.sum(axis=1)) / ones.sum(axis=1))[:, None]
+        return np.where((pairs > 0)[:, None], weights, votes)
 
     def strangers(self, slow: FloatArray, xy: FloatArray, apart: float, spread: FloatArray | None = None) -> FloatArray:
         """The likeness of the best reference that lies elsewhere."""
@@ -135,7 +173,7 @@ class LocalReadout:
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Arrays by name, for a file."""
-        numbers = [self.typical, self.neighbours, self.sharpness, self.consensus_m, self.floor_m]
+        numbers = [self.typical, self.neighbours, self.sharpness, self.consensus_m, self.floor_m, self.caution]
         return {
             **self.codes.to_arrays(),
             "xy": self.xy,
@@ -147,10 +185,10 @@ class LocalReadout:
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> LocalReadout:
         """The inverse of ``to_arrays``."""
-        xy, spread, metric, numbers = named_arrays(arrays, ("xy", "spread", "metric"), 5)
-        typical, neighbours, sharpness, consensus_m, floor_m = numbers.tolist()
+        xy, spread, metric, numbers = named_arrays(arrays, ("xy", "spread", "metric"), 6)
+        typical, neighbours, sharpness, consensus_m, floor_m, caution = numbers.tolist()
         codes = Codes.from_arrays(arrays)
-        return cls(codes, xy, spread, metric, typical, int(neighbours), sharpness, consensus_m, floor_m)
+        return cls(codes, xy, spread, metric, typical, int(neighbours), sharpness, consensus_m, floor_m, caution)
 
 
 def fit_readout(

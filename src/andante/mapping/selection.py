@@ -31,7 +31,7 @@ from andante.mapping.learning import (
     require_frames,
 )
 from andante.mapping.lessons import Lessons
-from andante.mapping.readout import fit_readout
+from andante.mapping.readout import PRIOR_CAUTION, fit_readout
 from andante.mapping.thinning import thinned_by_place
 from andante.sfa import PlaceMoments
 
@@ -40,16 +40,16 @@ _SLOW_FEATURES = {4: (96, 128, 192), 8: (64, 96, 128, 192)}
 """Candidates from so many sessions on."""
 _EDGE_RIDGES = (0.1, 1.0, 10.0)
 _INVARIANCES = (1.0, 10.0)
+_CAUTIONS = (0.1, 1.0, PRIOR_CAUTION)
 _WORSE_BY = 1.1
 _CAP_RADII = 10.0
 _TEST_FRAMES, _REFERENCES = 150, 1500
 
 
 def choose_recipe(lessons: Lessons, config: MapConfig) -> Recipe:
-    """What the configuration says, and what it leaves open by trial on held-out sessions."""
-    learning, ground = config.learning, lessons.ground
-    prior = recipe_of(learning)
-    sessions = len(np.unique(ground.session))
+    """How to learn: what the configuration says, and what it leaves open by trial on held-out sessions."""
+    learning = config.learning
+    prior, sessions = recipe_of(learning), lessons.sessions
     if sessions < min(_SLOW_FEATURES):
         return prior
     counts = next(counts for least, counts in reversed(_SLOW_FEATURES.items()) if sessions >= least)
@@ -59,10 +59,9 @@ def choose_recipe(lessons: Lessons, config: MapConfig) -> Recipe:
     candidates = list(dict.fromkeys(recipe_of(learning, *values) for values in open_values))
     if len(candidates) == 1:
         return prior
-    trials = [_Trial(lessons.x, ground, train, test, config.seed) for train, test in lessons.folds]
     closed_form = learning.order == "places" and learning.expansion == "linear"
-    whole = place_moments(lessons.x, ground) if closed_form else None
-    errors = np.mean([trial.errors(candidates, config.readout, whole) for trial in trials], axis=0)
+    whole = place_moments(lessons.x, lessons.ground) if closed_form else None
+    errors = _mean_errors(lessons, candidates, config, whole)
     if not np.isfinite(errors).any():
         return prior
     # Of the smallest candidates that are good enough, the best.
@@ -70,6 +69,28 @@ def choose_recipe(lessons: Lessons, config: MapConfig) -> Recipe:
     size = np.array([recipe.slow_features for recipe in candidates])
     rank = np.where(good & (size == size[good].min()), errors, np.inf)
     return candidates[int(rank.argmin())]
+
+
+def choose_caution(lessons: Lessons, recipe: Recipe, config: MapConfig) -> float:
+    """How carefully to interpolate between references, by trial on held-out sessions where that is left open."""
+    if config.readout.caution is not None:
+        return config.readout.caution
+    if config.readout.kind != "local" or lessons.sessions < min(_SLOW_FEATURES):
+        return PRIOR_CAUTION
+    options = [config.with_values({"readout": {"caution": caution}}) for caution in _CAUTIONS]
+    errors = [_mean_errors(lessons, [recipe], option)[0] for option in options]
+    return _CAUTIONS[int(np.argmin(errors))]
+
+
+def _mean_errors(
+    lessons: Lessons, candidates: list[Recipe], config: MapConfig, whole: PlaceMoments | None = None
+) -> FloatArray:
+    """The error of every candidate, in the mean over the folds without which something can be learnt."""
+    trials = [_Trial(lessons.x, lessons.ground, train, test, config.seed) for train, test in lessons.folds]
+    errors = np.array([trial.errors(candidates, config.readout, whole) for trial in trials])
+    worked = np.isfinite(errors).any(axis=1)
+    mean: FloatArray = errors[worked].mean(axis=0) if worked.any() else errors[0]
+    return mean
 
 
 def recipe_of(
