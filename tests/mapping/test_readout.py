@@ -181,7 +181,7 @@ def test_what_looks_unfamiliar_is_not_interpolated(path):
     wide = np.column_stack([slow, np.zeros(len(slow))])
     readout = LocalReadout.fit(wide, xy, np.ones(7), CONFIG, CONSENSUS_M)
     voted = LocalReadout.fit(wide, xy, np.ones(7), CONFIG.model_copy(update={"caution": 1e9}), CONSENSUS_M)
-    moved = wide + [*[0.0] * 6, 3.0]
+    moved = np.column_stack([slow, np.full(len(slow), 3.0)])
     np.testing.assert_allclose(readout.locate(moved).xy, voted.locate(moved).xy, atol=0.02)
 
 
