@@ -12,7 +12,7 @@ from andante.mapping import MapConfig
 @pytest.mark.parametrize(
     ("values", "key", "allowed"),
     [
-        ({"sede": 1}, "sede", "calibration, features, learning, memory, panorama, positions, readout, seed"),
+        ({"sede": 1}, "sede", "calibration, drift, features, learning, memory, panorama, positions, readout, seed"),
         ({"panorama": {"width": 1}}, "panorama.width", "height_px, max_deg, min_deg, width_px"),
         ({"features": {"type": 1}}, "features.type", "deviation_floor, gradient_floor, kind"),
         ({"learning": {"slow": 1}}, "learning.slow", "density_corrected, edge_ridge, expansion, invariance, order"),

@@ -15,12 +15,14 @@ def session(n: int, number: int = 0, step_m: float = 0.2) -> MappedSession:
     marks = np.column_stack([frame + 1, np.full(n, 1000.0 * (number + 1))]).astype(np.float32)
     xy = np.column_stack([step_m * frame, np.full(n, 0.01 * number)])
     source = Source(f"day {number}", f"hash {number}", n, "reference", {"light": number}, folder="/somewhere")
-    return MappedSession(source, Codes.of(marks), xy, 3 * frame, (frame + 5000 * number).astype(np.uint32))
+    return MappedSession(
+        source, Codes.of(marks), xy, xy[:, 0] / 9, 3 * frame, (frame + 5000 * number).astype(np.uint32)
+    )
 
 
 def same(one: MappedSession, other: MappedSession) -> None:
     assert one.source == other.source
-    for name in ("xy", "number", "pictures"):
+    for name in ("xy", "heading_rad", "number", "pictures"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
     np.testing.assert_array_equal(one.codes.codes, other.codes.codes)
     np.testing.assert_array_equal(one.codes.scale, other.codes.scale)
@@ -36,13 +38,6 @@ def test_a_subset_keeps_together_what_belongs_together():
     np.testing.assert_array_equal(part.pictures, 10_000 + chosen)
     np.testing.assert_array_equal(part.codes.rows(), whole.codes.rows()[chosen])
     same(whole.subset(np.isin(np.arange(20), chosen)), part)
-
-
-def test_moved_frames_are_the_same_elsewhere():
-    whole = session(6)
-    moved = whole.moved(whole.xy + 1)
-    np.testing.assert_array_equal(moved.xy, whole.xy + 1)
-    same(moved.moved(whole.xy), whole)
 
 
 @given(st.lists(st.integers(1, 60), min_size=1, max_size=6), st.integers(1, 200))

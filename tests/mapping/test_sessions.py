@@ -151,6 +151,9 @@ def test_positions_are_found(days, copied):
     assert positions_of(places, "auto") == "place"
     assert positions_of([full[0], places[1]], "auto") == "place"
     assert positions_of(odometry[:1], "auto") == "odometry"
+    assert positions_of(odometry, "auto") == "odometry"
+    with pytest.raises(RecordingError, match="no kind of position in common"):
+        positions_of([odometry[0], copied(days[1])], "auto")
 
 
 def test_no_recordings_have_no_positions():
@@ -163,15 +166,9 @@ def test_a_single_recording_without_any_positions(days, copied):
         positions_of([copied(days[0], reference=None)], "auto")
 
 
-def test_odometry_of_several_drives_has_to_be_asked_for(days, copied):
-    drives = [copied(day, reference=None, odometry=[info.reference for info in day.infos]) for day in days]
-    with pytest.raises(RecordingError, match=r"'monday' has neither .* --positions odometry is enough"):
-        build_map(drives)
-
-
 def test_no_positions(days, copied):
     blind = copied(days[1], reference=None)
-    with pytest.raises(RecordingError, match="recording 'tuesday' has neither reference poses nor places in common"):
+    with pytest.raises(RecordingError, match="recording 'tuesday' has neither reference poses, places nor odometry"):
         build_map([days[0], blind])
     with pytest.raises(RecordingError, match=r"'tuesday' has no reference positions \(x_m and y_m of frames\.csv are"):
         build_map([days[0], blind], MapConfig(positions="reference"))

@@ -45,14 +45,27 @@ def training_frames(slowmap: SlowMap, recordings: Sequence[Recording], *, progre
     """Encode the frames that the map used: those with a position where the robot was not standing still."""
     features: list[NDArray[np.float32]] = []
     xy: list[FloatArray] = []
-    for recording in recordings:
-        indices, positions = usable_frames(recording, slowmap.config.positions, slowmap.config)
+    for number, recording in enumerate(recordings):
+        indices, positions = _mapped_frames(slowmap, number, recording)
         position_of = dict(zip(indices, positions, strict=True))
         encoded = _encoded(slowmap, recording, indices, progress)
         features.append(np.stack([vector for _, vector in encoded]))
         xy.append(np.stack([position_of[index] for index, _ in encoded]))
     session = np.repeat(np.arange(len(xy), dtype=np.int64), [len(positions) for positions in xy])
     return Training(np.concatenate(features), np.concatenate(xy), session)
+
+
+def _mapped_frames(slowmap: SlowMap, number: int, recording: Recording) -> tuple[list[int], FloatArray]:
+    """Indices (m,) and positions (m, 2): those that the map remembers, else those of the recording."""
+    if slowmap.memory is not None:
+        session = slowmap.memory[number]
+        return session.number.tolist(), session.xy
+    if slowmap.config.positions == "odometry" and len(slowmap.sources) > 1:
+        raise RecordingError(
+            "a map of several drives that was made from odometry has to remember where they were laid for baselines: "
+            "load it with its memory, or make it without --localize-only"
+        )
+    return usable_frames(recording, slowmap.config.positions, slowmap.config)
 
 
 def _reopened(source: Source) -> Recording:

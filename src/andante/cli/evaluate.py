@@ -51,7 +51,8 @@ def command(
 
     if report is not None:
         check_folder(report, "--report")
-    slowmap, test = SlowMap.load(map_file), open_recording(recording)
+    # With what it remembers, by which a map of odometry is laid over the truth.
+    slowmap, test = SlowMap.load(map_file, with_memory=True), open_recording(recording)
     training = [open_recording(one) for one in train] if train else None
     with progress_bars() as progress:
         evaluation = evaluate(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -10,7 +11,7 @@ import typer
 
 from andante.cli.options import AsJson, check_place
 from andante.cli.output import examples, hint, print_facts, print_json, progress_bars
-from andante.cli.trials import print_trials
+from andante.cli.trials import print_closings, print_trials
 
 if TYPE_CHECKING:
     from andante.mapping import MapConfig, SlowMap
@@ -91,6 +92,7 @@ def command(
     log.seconds["total"] = time.perf_counter() - started
     summary = {"map": str(output), "bytes": size, **_summary(slowmap, log.seconds)}
     summary |= {"stationary": log.stationary, "without_position": log.without_position}
+    summary["odometry"] = [asdict(closing) for closing in log.closings]
     if as_json:
         print_json(summary)
     else:
@@ -142,6 +144,7 @@ def _print(summary: dict[str, Any]) -> None:
         "seconds": ", ".join(f"{stage} {value:.2f}" for stage, value in seconds.items()),
     }
     print_facts(summary["map"], facts)
+    print_closings(summary["odometry"])
     for skipped in summary["skipped"]:
         hint(f"skipped in {skipped['recording']}: {skipped['reason']}")
     print_trials(summary["cross_validation"], summary["unit"])

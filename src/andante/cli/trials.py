@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from statistics import median
 from typing import Any
 
@@ -29,6 +30,22 @@ def print_trials(trial: Mapping[str, Any], unit: str) -> None:
         hint("calibrated on one session only, so the radius knows no other light or season; map a second drive")
     elif missing := missing_condition(trial, unit):
         hint(missing)
+
+
+def print_closings(closings: Sequence[Mapping[str, Any]]) -> None:
+    """How drives were brought into one frame by their odometry; nothing where positions were given."""
+    if not closings:
+        return
+    columns = ("drive", "heading off [deg]", "gap closed [m]", "places agreed", "rejected", "apart [m]")
+    print_table("Odometry brought into one frame", columns, [_closing(one) for one in closings])
+
+
+def _closing(one: Mapping[str, Any]) -> tuple[object, ...]:
+    turned = one["heading_error_rad"]
+    degrees_off = None if turned is None else math.degrees(turned)
+    found = one["kept"] or None
+    rejected, apart = (one["rejected"], one["residual_m"]) if found else (None, None)
+    return one["name"], degrees_off, one["position_error_m"], found, rejected, apart
 
 
 def missing_condition(trial: Mapping[str, Any], unit: str) -> str | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,7 +11,7 @@ import typer
 
 from andante.cli.options import AsJson, MapFile
 from andante.cli.output import examples, hint, print_facts, print_json, print_table, progress_bars
-from andante.cli.trials import held_out_mean, print_trials
+from andante.cli.trials import held_out_mean, print_closings, print_trials
 
 if TYPE_CHECKING:
     from andante.mapping.living import Trial
@@ -58,10 +59,12 @@ def command(
     summary["seconds"] = {
         stage: log.seconds.get(stage) for stage in ("decode", "features", "learn", "readout", "total")
     }
+    summary["odometry"] = [asdict(closing) for closing in log.closings]
     if as_json:
         print_json(summary)
     else:
         print_learnt(summary)
+        print_closings(summary["odometry"])
 
 
 def learnt_summary(described: dict[str, Any], trials: list[Trial]) -> dict[str, Any]:

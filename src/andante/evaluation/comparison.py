@@ -11,6 +11,7 @@ import numpy as np
 from andante.baselines import fit_baselines
 from andante.data import FloatArray
 from andante.errors import LeakageError, RecordingError
+from andante.evaluation.alignment import alignment_of
 from andante.evaluation.figures import Figures, errors_of, figures_of_run, truth_of
 from andante.evaluation.running import FeatureLocalizer, Run, run_on_features
 from andante.evaluation.verdict import verdict
@@ -19,10 +20,7 @@ from andante.mapping.sessions import MAX_SHARED_PICTURES
 from andante.mapping.slow_map import Unit
 from andante.protocols import Recording
 
-_ODOMETRY_NOTE = (
-    "the map was made from odometry: errors are distances to the reference poses as they stand, which says something "
-    "only where both share one frame"
-)
+_ODOMETRY_NOTE = "the map was made from odometry, and there is no truth to lay its frame over"
 _TRAINING_NOTE = "training error: the map was learnt from this recording, unseen ones will be worse"
 
 
@@ -93,7 +91,8 @@ def evaluate(
     All frames are localized, those with truth are counted. ``baselines`` also fits other methods to the frames that
     the map was made from: those of ``training``, or else found where the map found them. Raises ``LeakageError`` for
     a recording that the map was learnt from, or that has more than 5 % of its pictures in common with those, unless
-    ``training_error`` asks for just that, and ``RecordingError`` for one without truth.
+    ``training_error`` asks for just that, and ``RecordingError`` for one without truth. A map that was made from
+    odometry is laid over the truth by one rotation and translation, which a note states (see ``alignment_of``).
     """
     notes = _checked_notes(slowmap, recording, training_error)
     slowmap = slowmap.for_recording(recording)
@@ -101,6 +100,10 @@ def evaluate(
     if baselines:
         localizers += fit_baselines(slowmap, training or (), progress=progress)
     runs = run_on_features(localizers, slowmap.front_end, recording, progress=progress)
+    if slowmap.config.positions == "odometry":
+        alignment = alignment_of(slowmap, runs[0])
+        notes = (*notes, _ODOMETRY_NOTE if alignment is None else str(alignment))
+        runs = runs if alignment is None else [alignment.truth_in_map(run) for run in runs]
     unit = slowmap.unit
     first, *others = (
         Scored(localizer.name, run, errors_of(run, unit), figures_of_run(run, unit))
@@ -126,6 +129,4 @@ def _checked_notes(slowmap: SlowMap, recording: Recording, training_error: bool)
                 "errors would look better than they are; evaluate on another drive, or ask for the training error"
             )
         notes.append(_TRAINING_NOTE)
-    if slowmap.config.positions == "odometry":
-        notes.append(_ODOMETRY_NOTE)
     return tuple(notes)

@@ -40,6 +40,7 @@ MAX_BYTES = 2**31
 _KEY = "andante"
 _DTYPES = ("F16", "F32", "F64", "I8", "I64", "U32")
 _MEMORY = "memory"
+_MAY_BE_UNKNOWN = ("memory.heading",)
 _Side = Annotated[int, Field(ge=1, le=2**16)]
 _READOUTS: dict[str, type[LocalReadout] | type[PolynomialReadout] | type[GaussianProcessReadout]] = {
     "local": LocalReadout,
@@ -162,7 +163,8 @@ def _read(path: Path, *, with_memory: bool) -> tuple[_Header, dict[str, NDArray[
             if dtype not in _DTYPES:
                 raise MapError(f"array {name} is of type {dtype}, allowed are {', '.join(_DTYPES)}")
             arrays[name] = file.get_tensor(name)
-            if not np.isfinite(arrays[name]).all():
+            unknown = np.isnan(arrays[name]) if name in _MAY_BE_UNKNOWN else False
+            if not (np.isfinite(arrays[name]) | unknown).all():
                 raise MapError(f"array {name} holds values that are not finite")
     return header, arrays
 

@@ -18,6 +18,7 @@ from andante.mapping.learning import Ground, Learnt, Recipe, learn_slow
 from andante.mapping.lessons import lessons_of, locate_held_out, readout_of
 from andante.mapping.located import Readout
 from andante.mapping.memory import MappedSession, bounded
+from andante.mapping.odometry import in_one_frame
 from andante.mapping.selection import choose_caution, choose_recipe
 from andante.mapping.sessions import BuildLog, Progress, encode_session, positions_of, require_distinct
 from andante.mapping.slow_map import SlowMap, Unit
@@ -35,7 +36,8 @@ def build_map(
 ) -> SlowMap:
     """Learn a map from recordings with known positions (thesis 5.1).
 
-    All recordings share one frame of reference and a camera of one kind. ``progress`` is told of every stage, ``log``
+    All recordings share one frame of reference and a camera of one kind; where only odometry is known, they are laid
+    over each other by what they see (see ``andante.mapping.odometry``). ``progress`` is told of every stage, ``log``
     filled in. Raises ``RecordingError`` for recordings that cannot be used (no positions, unreadable images) and
     ``LearningError`` where they do not suffice. The same recordings and configuration give the same map.
     """
@@ -44,6 +46,9 @@ def build_map(
     front_end = FrontEnd(*camera_and_size(recordings[0]), config.panorama, config.features)
     # Pictures to features, in the threads that decode; then everything that is learnt.
     sessions = [encode_session(one, front_end, positions, config, progress=progress, log=log) for one in recordings]
+    if positions == "odometry":
+        sessions, closings = in_one_frame([], list(zip(sessions, recordings, strict=True)), config.drift)
+        log.closings += closings
     return learn_map(sessions, front_end, config, name=name, progress=progress, log=log)
 
 

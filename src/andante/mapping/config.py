@@ -105,6 +105,19 @@ class CalibrationConfig(_Frozen):
     block_m: Annotated[float, Field(gt=0)] | None = None
 
 
+class DriftConfig(_Frozen):
+    """What odometry is worth, as standard deviations, where drives are brought into one frame by it.
+
+    ``gyro_rad_s`` is a bias of the gyro and ``scale`` an error of the wheels' size, constant in a drive; ``turn_rad``
+    grows with the square root of the turn in radians, ``wheel_m`` with that of the way in metres.
+    """
+
+    gyro_rad_s: Annotated[float, Field(gt=0, lt=1)] = 0.003
+    scale: Annotated[float, Field(gt=0, lt=1)] = 0.01
+    turn_rad: Annotated[float, Field(gt=0, lt=1)] = 0.01
+    wheel_m: Annotated[float, Field(gt=0, lt=1)] = 0.01
+
+
 class MemoryConfig(_Frozen):
     """Whether a map remembers its frames (``keep``), so that it can be updated, and how many at most.
 
@@ -126,6 +139,7 @@ class MapConfig(_Frozen):
     readout: ReadoutConfig = ReadoutConfig()
     calibration: CalibrationConfig = CalibrationConfig()
     memory: MemoryConfig = MemoryConfig()
+    drift: DriftConfig = DriftConfig()
 
     @classmethod
     def thesis(cls) -> MapConfig:

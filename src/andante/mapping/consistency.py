@@ -51,10 +51,11 @@ def check_sources(sources: Sequence[Source], pictures: NDArray[Any], calibration
 
 def check_memory(arrays: Mapping[str, NDArray[Any]], sources: Sequence[Source], front_end: FrontEnd) -> None:
     """Whether what a map remembers fits its sources and its features; raises ``MapError``."""
-    require_names(arrays, ("codes", "scale", "xy", "number"), "the memory of a map")
+    require_names(arrays, ("codes", "scale", "xy", "heading", "number"), "the memory of a map")
     n = sum(source.frames for source in sources)
     _check_codes("memory", Codes.from_arrays(arrays), n, front_end.dim)
     _expect("memory.xy", arrays["xy"], (n, 2), "f8")
+    _expect("memory.heading", arrays["heading"], (n,), "f8")
     _expect("memory.number", arrays["number"], (n,), "i8")
 
 

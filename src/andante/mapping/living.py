@@ -24,6 +24,7 @@ from andante.mapping.folds import Folds, Mask
 from andante.mapping.lessons import lessons_of, locate_held_out
 from andante.mapping.located import tempered
 from andante.mapping.memory import MappedSession
+from andante.mapping.odometry import in_one_frame
 from andante.mapping.selection import recipe_of
 from andante.mapping.sessions import BuildLog, Progress, encode_session, require_distinct
 from andante.mapping.slow_map import SlowMap, Unit
@@ -112,6 +113,10 @@ def update_map(
     log = log or BuildLog()
     memory, positions = _memory_of(slowmap), slowmap.sources[0].poses
     session = encode_session(recording, slowmap.front_end, positions, slowmap.config, progress=progress, log=log)
+    _require_drive(slowmap, session)
+    if positions == "odometry":
+        (session,), closings = in_one_frame(memory, [(session, recording)], slowmap.config.drift)
+        log.closings += closings
     with log.timed("learn"):
         trial = _tried(slowmap, memory, session, force=force)
     sessions = [*memory, session]
@@ -145,6 +150,18 @@ def _memory_of(slowmap: SlowMap) -> tuple[MappedSession, ...]:
     return slowmap.memory
 
 
+def _require_drive(slowmap: SlowMap, session: MappedSession) -> None:
+    """Refuse what is in the map already, and a robot that did not drive."""
+    if slowmap.learnt_from(session.source.content_hash):
+        raise RecordingError(f"recording {session.source.name!r} is in the map already; leave it out")
+    places = len(np.unique(np.floor(session.xy / _radius_of(slowmap)), axis=0))
+    if places < _FEWEST_PLACES:
+        raise SessionRefusedError(
+            f"recording {session.source.name!r} has {len(session)} images of {places} places, at least "
+            f"{_FEWEST_PLACES} places are needed: did the robot stand in its dock? The map stays as it was"
+        )
+
+
 def _require_alike(first: SlowMap, second: SlowMap) -> None:
     differences = [
         name
@@ -168,15 +185,7 @@ def _require_alike(first: SlowMap, second: SlowMap) -> None:
 
 def _tried(slowmap: SlowMap, memory: Sequence[MappedSession], session: MappedSession, *, force: bool) -> Trial:
     """Try a session; raises ``SessionRefusedError`` where it should not be added."""
-    if slowmap.learnt_from(session.source.content_hash):
-        raise RecordingError(f"recording {session.source.name!r} is in the map already; leave it out")
     require_distinct([*memory, session])
-    places = len(np.unique(np.floor(session.xy / _radius_of(slowmap)), axis=0))
-    if places < _FEWEST_PLACES:
-        raise SessionRefusedError(
-            f"recording {session.source.name!r} has {len(session)} images of {places} places, at least "
-            f"{_FEWEST_PLACES} places are needed: did the robot stand in its dock? The map stays as it was"
-        )
     with one_thread():
         trial = _trial_of(slowmap, memory, session)
     if trial.objection is not None and not force:

@@ -38,12 +38,14 @@ class MappedSession:
     """One drive as learning sees it, n frames: features, positions and where it came from.
 
     ``codes`` are n feature vectors; ``xy`` (n, 2) positions in the map's frame, in metres, or the place number and
-    zero; ``number`` (n,) the frames of the recording; ``pictures`` (n,) uint32 fingerprints.
+    zero; ``heading_rad`` (n,), NaN where unknown; ``number`` (n,) the frames of the recording; ``pictures`` (n,) uint32
+    fingerprints.
     """
 
     source: Source
     codes: Codes
     xy: FloatArray
+    heading_rad: FloatArray
     number: IndexArray
     pictures: NDArray[np.uint32]
 
@@ -52,13 +54,20 @@ class MappedSession:
 
     def subset(self, chosen: IndexArray | NDArray[np.bool_]) -> MappedSession:
         """Some of the frames."""
-        xy, number, pictures = self.xy[chosen], self.number[chosen], self.pictures[chosen]
-        source = replace(self.source, frames=len(xy))
-        return MappedSession(source, self.codes.subset(chosen), xy, number, pictures)
+        xy = self.xy[chosen]
+        return MappedSession(
+            replace(self.source, frames=len(xy)),
+            self.codes.subset(chosen),
+            xy,
+            self.heading_rad[chosen],
+            self.number[chosen],
+            self.pictures[chosen],
+        )
 
-    def moved(self, xy: FloatArray) -> MappedSession:
-        """The same frames at other positions (n, 2)."""
-        return replace(self, xy=xy)
+    @property
+    def poses(self) -> FloatArray:
+        """(n, 3) positions and headings."""
+        return np.column_stack([self.xy, self.heading_rad])
 
 
 def bounded(sessions: Sequence[MappedSession], at_most: int) -> list[MappedSession]:
@@ -78,6 +87,7 @@ def memory_arrays(sessions: Sequence[MappedSession]) -> dict[str, NDArray[Any]]:
     return {
         **Codes.joined([session.codes for session in sessions]).to_arrays(),
         "xy": np.concatenate([session.xy for session in sessions]),
+        "heading": np.concatenate([session.heading_rad for session in sessions]),
         "number": np.concatenate([session.number for session in sessions]),
     }
 
@@ -86,9 +96,9 @@ def memory_of(
     arrays: Mapping[str, NDArray[Any]], sources: Sequence[Source], pictures: Sequence[NDArray[np.uint32]]
 ) -> tuple[MappedSession, ...]:
     """The inverse, for arrays that fit the sources (see ``consistency.check_memory``)."""
-    codes, xy, number = Codes.from_arrays(arrays), arrays["xy"], arrays["number"]
+    codes, xy, heading, number = Codes.from_arrays(arrays), arrays["xy"], arrays["heading"], arrays["number"]
     return tuple(
-        MappedSession(source, codes.subset(rows), xy[rows], number[rows], own)
+        MappedSession(source, codes.subset(rows), xy[rows], heading[rows], number[rows], own)
         for source, rows, own in zip(sources, rows_of(sources), pictures, strict=True)
     )
 

@@ -17,6 +17,7 @@ from andante.mapping.codes import Codes
 from andante.mapping.config import MapConfig, Positions
 from andante.mapping.frontend import FrontEnd
 from andante.mapping.memory import MappedSession, Source
+from andante.mapping.odometry import Closing
 from andante.mapping.timing import TimedRecording
 from andante.protocols import Recording, StoredRecording
 from andante.recordings import default_workers, map_frames, moving_frames, picture_fingerprint
@@ -31,11 +32,15 @@ _STACK = 8
 
 @dataclass
 class BuildLog:
-    """What happened while a map was built: seconds by stage, and frames left out before their picture was read."""
+    """What happened while a map was built: seconds by stage, and frames left out before their picture was read.
+
+    ``closings`` say how drives were brought into one frame where only odometry is known.
+    """
 
     seconds: dict[str, float] = field(default_factory=dict)
     stationary: int = 0
     without_position: int = 0
+    closings: list[Closing] = field(default_factory=list)
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
@@ -68,6 +73,7 @@ def encode_session(
     with log.timed("features"):
         codes, pictures, skipped = _encode(recording, indices, front_end.for_recording(recording), progress, log)
     kept = [index not in skipped for index in indices]
+    heading = _heading([recording.infos[index] for index in indices], positions)
     source = Source(
         name=recording.name,
         content_hash=content,
@@ -78,7 +84,8 @@ def encode_session(
         folder=str(recording.folder.resolve()) if isinstance(recording, StoredRecording) else None,
     )
     fingerprints = np.array([short_fingerprint(picture) for picture in pictures], dtype=np.uint32)
-    return MappedSession(source, codes, xy[kept], np.array(indices, dtype=np.int64)[kept], fingerprints)
+    number = np.array(indices, dtype=np.int64)
+    return MappedSession(source, codes, xy[kept], heading[kept], number[kept], fingerprints)
 
 
 def short_fingerprint(picture: str) -> int:
@@ -102,28 +109,28 @@ def require_distinct(sessions: Sequence[MappedSession]) -> None:
 
 
 def positions_of(recordings: Sequence[Recording], wanted: Positions) -> Positions:
-    """Resolve ``auto``: reference poses where all recordings have some, else place numbers.
+    """Resolve ``auto``: reference poses where all recordings have some, else place numbers, else odometry.
 
-    Odometry begins anew with every drive, so it is only chosen for a single recording.
+    Raises ``RecordingError`` for no recordings, or where they have nothing in common.
     """
     if not recordings:
         raise RecordingError("a map needs at least one recording, got none")
     if wanted != "auto":
         return wanted
-    shared: tuple[Positions, ...] = ("reference", "place")
-    for kind in shared if len(recordings) > 1 else (*shared, "odometry"):
-        if all(np.isfinite(_xy(recording.infos, kind)).all(axis=1).any() for recording in recordings):
+    kinds: tuple[Positions, ...] = ("reference", "place", "odometry")
+    has = [{kind for kind in kinds if np.isfinite(_xy(one.infos, kind)).all(axis=1).any()} for one in recordings]
+    for kind in kinds:
+        if all(kind in own for own in has):
             return kind
-    if len(recordings) == 1:
-        raise RecordingError(
-            f"recording {recordings[0].name!r} has neither reference poses, places nor odometry; a map needs x_m and "
-            "y_m, place, or odom_x_m and odom_y_m in frames.csv"
-        )
-    lacking = [r.name for r in recordings if not np.isfinite(_xy(r.infos, "reference")).any()]
+    for recording, own in zip(recordings, has, strict=True):
+        if not own:
+            raise RecordingError(
+                f"recording {recording.name!r} has neither reference poses, places nor odometry; a map needs x_m and "
+                "y_m, place, or odom_x_m and odom_y_m in frames.csv"
+            )
     raise RecordingError(
-        f"recording {lacking[0]!r} has neither reference poses nor places in common with the others; a map of several "
-        "drives needs x_m and y_m, or place, in frames.csv. If all drives began at one pose, --positions odometry is "
-        "enough"
+        "the recordings have no kind of position in common; a map of several drives needs x_m and y_m, place, or "
+        "odom_x_m and odom_y_m in every frames.csv"
     )
 
 
@@ -156,6 +163,12 @@ def _xy(infos: Sequence[FrameInfo], positions: Positions) -> FloatArray:
     if positions == "place":
         return np.array([(np.nan if info.place is None else info.place, 0.0) for info in infos]).reshape(-1, 2)
     return Trajectory.of(infos, "odometry" if positions == "odometry" else "reference").xy_m
+
+
+def _heading(infos: Sequence[FrameInfo], positions: Positions) -> FloatArray:
+    if positions == "place":
+        return np.full(len(infos), np.nan)
+    return Trajectory.of(infos, "odometry" if positions == "odometry" else "reference").heading_rad
 
 
 def _encode(
