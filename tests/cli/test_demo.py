@@ -48,7 +48,7 @@ def test_a_file_is_no_place_for_it(andante, tmp_path, fails):
 
 
 def test_without_embreex_it_says_what_to_install(andante, tmp_path, fails, monkeypatch):
-    for name in [name for name in sys.modules if name.startswith("embreex")]:
+    for name in {"embreex", *(name for name in sys.modules if name.startswith("embreex."))}:
         monkeypatch.setitem(sys.modules, name, None)
     monkeypatch.setattr("os.cpu_count", lambda: 1)
     fails(andante("demo", tmp_path / "x", *SMALL), r"embreex is not installed; install it .*'andante\[sim\]'")

@@ -80,7 +80,7 @@ def test_wrong_usage(andante, options):
 
 
 def test_without_embreex_it_says_what_to_install(andante, tmp_path, fails, monkeypatch):
-    for name in [name for name in sys.modules if name.startswith("embreex")]:
+    for name in {"embreex", *(name for name in sys.modules if name.startswith("embreex."))}:
         monkeypatch.setitem(sys.modules, name, None)
     options = ("--out", tmp_path, "--cache", tmp_path / "cache", "--workers", 1)
     fails(andante("experiment", "static", *options), r"embreex is not installed; install it .*'andante\[sim\]'")

@@ -146,7 +146,7 @@ def test_a_file_is_no_place_for_recordings(andante, tmp_path, fails):
 
 
 def test_without_embreex_it_says_what_to_install(andante, tmp_path, fails, monkeypatch):
-    for name in [name for name in sys.modules if name.startswith("embreex")]:
+    for name in {"embreex", *(name for name in sys.modules if name.startswith("embreex."))}:
         monkeypatch.setitem(sys.modules, name, None)
     fails(andante("simulate", "-o", tmp_path / "x", *TINY), r"embreex is not installed; install it .*'andante\[sim\]'")
     assert not list((tmp_path / "x").glob("[!.]*"))
