@@ -41,6 +41,11 @@ class Alignment:
             f"{y:.3f}) m without scale, fitted on {self.source}, {self.residual_m:.3f} m apart in the mean there"
         )
 
+    def out_of_map(self, xy: FloatArray) -> FloatArray:
+        """Positions (n, 2) in the map's frame as the truth has them."""
+        moved: FloatArray = xy @ _rotation(self.rotation_rad).T + np.array(self.translation_m)
+        return moved
+
     def into_map(self, pose: Pose2D) -> Pose2D:
         """A true pose as the map would have it."""
         cos, sin = math.cos(self.rotation_rad), math.sin(self.rotation_rad)
@@ -80,10 +85,15 @@ def fit_rigid(mapped: FloatArray, truth: FloatArray, source: str) -> Alignment:
     centre, goal = mapped.mean(axis=0), truth.mean(axis=0)
     a, b = mapped - centre, truth - goal
     turn = math.atan2(float((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum()), float((a * b).sum()))
-    matrix = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
+    matrix = _rotation(turn)
     shift = goal - matrix @ centre
     residual = float(np.linalg.norm(mapped @ matrix.T + shift - truth, axis=1).mean())
     return Alignment(turn, (float(shift[0]), float(shift[1])), residual, source)
+
+
+def _rotation(angle_rad: float) -> FloatArray:
+    cos, sin = math.cos(angle_rad), math.sin(angle_rad)
+    return np.array([[cos, -sin], [sin, cos]])
 
 
 def _mapped_pairs(slowmap: SlowMap) -> tuple[FloatArray, FloatArray] | None:

@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 
 from andante.baselines import NearestNeighbours
 from andante.data import FloatArray
+from andante.evaluation.alignment import fit_rigid
 from andante.evaluation.experiments.drives import EncodedDrive
 from andante.mapping import FrontEnd, MapConfig, SlowMap, learn_map
+from andante.mapping.odometry import in_one_frame
 from andante.mapping.readout import fit_readout
 
 Locate = Callable[[NDArray[np.float32]], FloatArray]
@@ -61,6 +63,21 @@ def fit_map(front_end: FrontEnd, drives: Sequence[EncodedDrive], config: MapConf
     return Fitted(locate, _file_bytes(slowmap))
 
 
+def fit_odometry(front_end: FrontEnd, drives: Sequence[EncodedDrive], config: MapConfig) -> Fitted:
+    """A map of the drives that knows their odometry alone, laid over the truth of these drives once, without scale."""
+    unplaced = [
+        (replace(one.session, source=replace(one.session.source, poses="odometry")), one.recording) for one in drives
+    ]
+    placed, _ = in_one_frame([], unplaced, config.drift)
+    slowmap = learn_map(placed, front_end, config)
+    laid = fit_rigid(np.concatenate([one.xy for one in placed]), np.concatenate([one.xy for one in drives]), "drives")
+
+    def locate(features: NDArray[np.float32]) -> FloatArray:
+        return laid.out_of_map(slowmap.readout.locate(slowmap.model.transform(features)).xy)
+
+    return Fitted(locate, _file_bytes(slowmap))
+
+
 def fit_neighbours(neighbours: int, front_end: FrontEnd, drives: Sequence[EncodedDrive], config: MapConfig) -> Fitted:
     """Plain nearest neighbours among all frames of the drives."""
     features, xy = _joined(drives)
@@ -95,9 +112,14 @@ def fit_split(
 
 ANDANTE = Contender("andante", MapConfig(), fit_map)
 THESIS = Contender("thesis choices (Fourier)", MapConfig.thesis(), fit_map)
+ODOMETRY = Contender("andante, odometry only", MapConfig(), fit_odometry)
 NEAREST = tuple(Contender(f"nearest-{count}", MapConfig(), partial(fit_neighbours, count)) for count in (1, 5))
 CONTENDERS = (ANDANTE, THESIS, *NEAREST)
-"""All of them, the package's own first."""
+"""Those that know where the mapped frames were taken, the package's own first."""
+ODOMETRY_NOTE = (
+    f"{ODOMETRY.name} knows no true positions: its map is laid over the truth of the mapped drives by one rotation and "
+    "translation"
+)
 NEAREST_NOTE = "nearest-1 and nearest-5 see the features of andante"
 
 

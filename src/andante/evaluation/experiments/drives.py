@@ -19,11 +19,13 @@ from andante.recordings import map_frames
 class EncodedDrive:
     """One drive through one front end: ``session`` as maps learn from it, and ``features`` (n, d) as they come.
 
-    Maps remember features in one byte a number; localizers are asked with, and neighbours keep, float32.
+    ``recording`` is where it came from; its pictures are not read again. Maps remember features in one byte a number;
+    localizers are asked with, and neighbours keep, float32.
     """
 
     session: MappedSession = field(repr=False)
     features: NDArray[np.float32] = field(repr=False)
+    recording: Recording
 
     @property
     def xy(self) -> FloatArray:
@@ -33,7 +35,7 @@ class EncodedDrive:
     def part(self, indices: tuple[int, ...]) -> EncodedDrive:
         """Some of the frames, in ascending order."""
         chosen = np.array(indices, dtype=np.int64)
-        return EncodedDrive(self.session.subset(chosen), self.features[chosen])
+        return EncodedDrive(self.session.subset(chosen), self.features[chosen], self.recording)
 
 
 def front_end_of(recording: Recording, config: MapConfig) -> FrontEnd:
@@ -57,4 +59,4 @@ def encode(
     session = encode_session(recording, front_end, "reference", config)
     if not len(session) == len(vectors) == total:
         raise RecordingError(f"recording {recording.name!r} lacks pictures or positions; remove it to render it anew")
-    return EncodedDrive(session, np.stack(vectors))
+    return EncodedDrive(session, np.stack(vectors), recording)

@@ -9,7 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from andante.evaluation.experiments.contenders import ANDANTE, CONTENDERS, NEAREST_NOTE, THESIS, Contender
+from andante.evaluation.experiments.contenders import (
+    ANDANTE,
+    CONTENDERS,
+    NEAREST_NOTE,
+    ODOMETRY,
+    ODOMETRY_NOTE,
+    THESIS,
+    Contender,
+)
 from andante.evaluation.experiments.outcome import ERROR_COLUMNS, Cell, Outcome, Plot, Table, error_cells
 from andante.evaluation.experiments.plans import Scale
 from andante.evaluation.experiments.statistics import Summary, summary
@@ -18,6 +26,7 @@ from andante.simulator import Plan
 
 THESIS_AT_NINE = {"thesis: Fourier": 0.4, "thesis: raw images": 0.5}
 """Mean error in metres with nine sessions mapped (figure 6.10)."""
+_CONTENDERS = (*CONTENDERS, ODOMETRY)
 _THESIS_SESSIONS = 9
 _PERMUTATIONS = 610  # tells this use of the seed from others; the thesis' figure
 _COLUMNS = ("sessions", *ERROR_COLUMNS, "variance of means [m²]", "learning [s]", "size [kB]")
@@ -57,7 +66,7 @@ class LongTerm:
         }
 
 
-def run_long_term(bench: Bench, seed: int, scale: Scale, contenders: tuple[Contender, ...] = CONTENDERS) -> Outcome:
+def run_long_term(bench: Bench, seed: int, scale: Scale, contenders: tuple[Contender, ...] = _CONTENDERS) -> Outcome:
     """Learn from the first k sessions of every permutation and localize session k + 1."""
     names = [session.name for session in bench.plan.sessions]
     orders = permutations(names, scale.permutations, seed)
@@ -147,4 +156,5 @@ def _notes(found: LongTerm) -> tuple[str, ...]:
         f"{len(tested)} different sessions are localized",
         "the means and variances are over permutations, 95 %, max and the share over 1 m over all their frames",
         NEAREST_NOTE,
+        ODOMETRY_NOTE,
     )
