@@ -1,0 +1,161 @@
+"""Moments of the signals in all receptive fields of all pictures, merged: weight sharing in one sum.
+
+Every receptive field of every picture is a sample; an edge between two pictures joins each field of one with the same
+field of the other, so that time never crosses positions, nor recordings. Pictures are taken in blocks of a
+size that depends on the grid alone, hence no batch size a caller chooses changes a bit of the result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from andante.data import Edges, FloatArray, IndexArray
+from andante.errors import ArrayError
+from andante.sfa.layers import Maps
+from andante.sfa.map_store import MapStore
+from andante.sfa.moments import Moments
+from andante.sfa.shared_node import Signals
+
+_BLOCK_FIELDS = 8192
+"""Receptive fields at a time: small enough for the caches, large enough for matrix products at full speed."""
+
+SignalsOf = Callable[[Maps], Signals]
+"""Maps (n, channels, height, width) -> signals (d, n, P), a fresh array."""
+
+
+@dataclass(slots=True, eq=False)
+class _Sums:
+    """Float64 sums over blocks whose products are taken in the blocks' own type, around ``origin`` (d, 1, 1)."""
+
+    origin: Signals
+    total: FloatArray
+    gram: FloatArray
+    edge_gram: FloatArray
+    count: int = 0
+    edge_weight: float = 0.0
+    n_edges: int = 0
+
+    @classmethod
+    def around(cls, origin: Signals) -> _Sums:
+        dim = len(origin)
+        return cls(origin, np.zeros(dim), np.zeros((dim, dim)), np.zeros((dim, dim)))
+
+    def add_samples(self, x: Signals) -> None:
+        rows = x.reshape(len(x), -1)
+        self.total += rows.sum(axis=1)
+        self.gram += rows @ rows.T
+        self.count += rows.shape[1]
+
+    def add_differences(self, dx: Signals, weight: FloatArray) -> None:
+        if (weight != 1).any():
+            dx *= np.sqrt(weight)[:, None].astype(dx.dtype)
+        rows = dx.reshape(len(dx), -1)
+        self.edge_gram += rows @ rows.T
+        positions = dx.shape[2]
+        self.edge_weight += float(weight.sum()) * positions
+        self.n_edges += len(weight) * positions
+
+    def moments(self) -> Moments:
+        offset = self.total / self.count
+        return Moments(
+            float(self.count),
+            self.origin.ravel().astype(np.float64) + offset,
+            self.gram - np.outer(offset, self.total),
+            self.edge_weight,
+            self.edge_gram,
+            self.count,
+            self.n_edges,
+        )
+
+
+def field_moments(
+    store: MapStore, edges: Edges, signals_of: SignalsOf, positions: int, report: Callable[[int], None]
+) -> Moments:
+    """The moments of ``signals_of`` all maps at P = ``positions``, with ``edges`` between maps.
+
+    Every edge costs about as much as a map; edges far longer than a block read and prepare their other end once
+    more. ``report`` is told how many maps are done.
+    """
+    block = block_length(positions)
+    low, high, weight = _sorted_edges(edges, len(store))
+    sums: _Sums | None = None
+    previous: Signals | None = None
+    for start in range(0, len(store), block):
+        rows = np.arange(start, min(start + block, len(store)))
+        own = signals_of(store.take(rows))
+        if sums is None:
+            # Sums around the first mean seen lose no digits to an offset; differences do not feel it.
+            sums = _Sums.around(own.mean(axis=(1, 2), keepdims=True))
+        own -= sums.origin
+        sums.add_samples(own)
+        here = slice(*np.searchsorted(high, [start, start + block]))
+        blocks = _Blocks(store, signals_of, sums.origin, start, own, previous)
+        for chosen, far in blocks.ends(low[here]):
+            near = _columns(own, high[here][chosen] - start)
+            sums.add_differences(near - far, weight[here][chosen])
+        previous = own
+        report(int(rows[-1]) + 1)
+    if sums is None:
+        return Moments.empty(0)
+    return sums.moments()
+
+
+def block_length(positions: int) -> int:
+    """Maps to take at a time where each has so many receptive fields."""
+    return max(1, _BLOCK_FIELDS // positions)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Blocks:
+    """Where the signals of the other end of an edge are: in this block, in the one before, or to be made."""
+
+    store: MapStore
+    signals_of: SignalsOf
+    origin: Signals
+    start: int
+    own: Signals
+    previous: Signals | None
+
+    def ends(self, low: IndexArray) -> Iterator[tuple[IndexArray, Signals]]:
+        """Which of the edges, and the signals (d, m, P) at their lower ends ``low``, in pieces of bounded size."""
+        block, before = self.own.shape[1], 0 if self.previous is None else self.previous.shape[1]
+        near = np.flatnonzero(low >= self.start)
+        for chosen in _pieces(near, 2 * block):
+            yield chosen, _columns(self.own, low[chosen] - self.start)
+        if self.previous is not None:
+            just_before = np.flatnonzero((low >= self.start - before) & (low < self.start))
+            for chosen in _pieces(just_before, 2 * block):
+                yield chosen, _columns(self.previous, low[chosen] - (self.start - before))
+        far = np.flatnonzero(low < self.start - before)
+        # Edges to the same map stand together, so that it is read once.
+        far = far[np.argsort(low[far], kind="stable")]
+        for chosen in _pieces(far, block):
+            maps, index = np.unique(low[chosen], return_inverse=True)
+            signals = self.signals_of(self.store.take(maps))
+            signals -= self.origin
+            yield chosen, _columns(signals, index)
+
+
+def _sorted_edges(edges: Edges, n: int) -> tuple[IndexArray, IndexArray, FloatArray]:
+    """Lower ends, higher ends and weights, ordered by the higher and then the lower end."""
+    low, high = np.minimum(edges.first, edges.second), np.maximum(edges.first, edges.second)
+    if len(edges) and (low.min() < 0 or high.max() >= n):
+        raise ArrayError(f"edges join pictures {low.min()}..{high.max()}, but there are pictures 0..{n - 1}")
+    if not (np.isfinite(edges.weight).all() and (edges.weight >= 0).all()):
+        raise ArrayError(f"weights have to be {len(edges)} finite numbers >= 0, as those of edges in time are")
+    order = np.lexsort((low, high))
+    return low[order], high[order], edges.weight[order]
+
+
+def _pieces(indices: IndexArray, length: int) -> Iterator[IndexArray]:
+    return (indices[i : i + length] for i in range(0, len(indices), length))
+
+
+def _columns(signals: Signals, indices: IndexArray) -> Signals:
+    """(d, n, P) -> (d, m, P); a view where the indices follow each other, as in time."""
+    if len(indices) and (np.diff(indices) == 1).all():
+        return signals[:, indices[0] : indices[-1] + 1]
+    return np.take(signals, indices, axis=1)
