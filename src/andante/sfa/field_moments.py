@@ -18,9 +18,14 @@ from andante.sfa.layers import Maps
 from andante.sfa.map_store import MapStore
 from andante.sfa.moments import Moments
 from andante.sfa.shared_node import Signals
+from andante.sfa.threads import in_order
 
 _BLOCK_FIELDS = 8192
 """Receptive fields at a time: small enough for the caches, large enough for matrix products at full speed."""
+
+_STRETCH_BLOCKS = 8
+"""Blocks that one thread takes one after the other; where a stretch begins, the map before it is prepared again."""
+_ORIGIN_MAPS = 8
 
 SignalsOf = Callable[[Maps], Signals]
 """Maps (n, channels, height, width) -> signals (d, n, P), a fresh array."""
@@ -58,6 +63,15 @@ class _Sums:
         self.edge_weight += float(weight.sum()) * positions
         self.n_edges += len(weight) * positions
 
+    def add(self, other: _Sums) -> None:
+        """Take in the sums of other samples around the same origin."""
+        self.total += other.total
+        self.gram += other.gram
+        self.edge_gram += other.edge_gram
+        self.count += other.count
+        self.edge_weight += other.edge_weight
+        self.n_edges += other.n_edges
+
     def moments(self) -> Moments:
         offset = self.total / self.count
         return Moments(
@@ -80,27 +94,47 @@ def field_moments(
     more. ``report`` is told how many maps are done.
     """
     block = block_length(positions)
-    low, high, weight = _sorted_edges(edges, len(store))
-    sums: _Sums | None = None
+    ends = _sorted_edges(edges, len(store))
+    # Sums around a mean lose no digits to an offset; a few maps tell it well enough, and differences do not feel it.
+    few = np.unique(np.linspace(0, len(store) - 1, _ORIGIN_MAPS).astype(np.int64))
+    origin = signals_of(store.take(few)).mean(axis=(1, 2), keepdims=True)
+
+    def stretch(start: int) -> _Sums:
+        return _stretch_sums(store, ends, signals_of, origin, range(start, start + _STRETCH_BLOCKS * block, block))
+
+    total = _Sums.around(origin)
+    starts = range(0, len(store), _STRETCH_BLOCKS * block)
+    for start, sums in zip(starts, in_order(stretch, starts), strict=True):
+        total.add(sums)
+        report(min(start + starts.step, len(store)))
+    return total.moments()
+
+
+def _stretch_sums(
+    store: MapStore,
+    ends: tuple[IndexArray, IndexArray, FloatArray],
+    signals_of: SignalsOf,
+    origin: Signals,
+    starts: range,
+) -> _Sums:
+    """The sums over some blocks one after the other, and over the edges whose higher end is in them."""
+    low, high, weight = ends
+    sums = _Sums.around(origin)
     previous: Signals | None = None
-    for start in range(0, len(store), block):
-        rows = np.arange(start, min(start + block, len(store)))
+    for start in starts:
+        rows = np.arange(start, min(start + starts.step, len(store)))
+        if len(rows) == 0:
+            break
         own = signals_of(store.take(rows))
-        if sums is None:
-            # Sums around the first mean seen lose no digits to an offset; differences do not feel it.
-            sums = _Sums.around(own.mean(axis=(1, 2), keepdims=True))
-        own -= sums.origin
+        own -= origin
         sums.add_samples(own)
-        here = slice(*np.searchsorted(high, [start, start + block]))
-        blocks = _Blocks(store, signals_of, sums.origin, start, own, previous)
+        here = slice(*np.searchsorted(high, [start, start + starts.step]))
+        blocks = _Blocks(store, signals_of, origin, start, own, previous)
         for chosen, far in blocks.ends(low[here]):
             near = _columns(own, high[here][chosen] - start)
             sums.add_differences(near - far, weight[here][chosen])
         previous = own
-        report(int(rows[-1]) + 1)
-    if sums is None:
-        return Moments.empty(0)
-    return sums.moments()
+    return sums
 
 
 def block_length(positions: int) -> int:

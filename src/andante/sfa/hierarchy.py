@@ -17,6 +17,7 @@ from andante.sfa.field_moments import block_length
 from andante.sfa.layers import Grid, Layer, Maps, grids_of
 from andante.sfa.quadratic import QuadraticModel
 from andante.sfa.shared_node import SharedNode, fields_of, maps_of
+from andante.sfa.threads import one_thread
 
 _LAYER_COLUMNS = 8
 """Numbers a layer takes in a file: outputs, field, stride, reduced, noise, clip."""
@@ -79,9 +80,10 @@ class HierarchicalModel:
         stack = self._stack(pictures)
         outputs = np.empty((len(stack), self.output_dim))
         block = block_length(self.grids[0].positions)
-        for start in range(0, len(stack), block):
-            maps = self.run(stack[start : start + block, None], dtype)
-            outputs[start : start + block] = maps.reshape(len(maps), -1)
+        with one_thread():
+            for start in range(0, len(stack), block):
+                maps = self.run(stack[start : start + block, None], dtype)
+                outputs[start : start + block] = maps.reshape(len(maps), -1)
         return outputs[0] if pictures.shape == self.shape else outputs
 
     def run(self, maps: Maps, dtype: DTypeLike = np.float32) -> Maps:

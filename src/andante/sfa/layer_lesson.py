@@ -19,6 +19,7 @@ from andante.sfa.moments import Moments
 from andante.sfa.quadratic import QuadraticModel
 from andante.sfa.shared_node import AffineRows, SharedNode, Signals, expanded_rows, fields_of, maps_of
 from andante.sfa.solver import solve_slow
+from andante.sfa.threads import in_order
 
 Progress = Callable[[str, int, int], None]
 """Told what is going on, how many pictures are done and of how many."""
@@ -106,9 +107,12 @@ def spool_outputs(
     """What ``run`` makes of all maps, each of ``shape``, in a temporary file; blocks are for so many ``positions``."""
     spooled = SpooledMaps(shape, dtype)
     block = block_length(positions)
-    for start in range(0, len(maps), block):
-        rows = np.arange(start, min(start + block, len(maps)))
-        spooled.append(run(maps.take(rows)))
+
+    def run_block(start: int) -> Maps:
+        return run(maps.take(np.arange(start, min(start + block, len(maps)))))
+
+    for outputs in in_order(run_block, range(0, len(maps), block)):
+        spooled.append(outputs)
         report(len(spooled))
     return spooled
 
