@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from andante.data import Edges, FloatArray
 from andante.errors import ArrayError, ConfigError, NotFittedError
 from andante.sfa.hierarchy import HierarchicalModel
-from andante.sfa.layer_lesson import LayerLesson, Progress, spool_outputs
-from andante.sfa.layers import PANORAMA_LAYERS, Layer, Maps, grids_of
+from andante.sfa.layer_lesson import LayerLesson, Progress
+from andante.sfa.layers import PANORAMA_LAYERS, Layer, grids_of
 from andante.sfa.map_store import MapStore
 from andante.sfa.pictures import Pictures, TurnedMaps, edges_in_time, stored_pictures
 from andante.sfa.quadratic import QuadraticModel
@@ -92,19 +92,19 @@ class HierarchicalSFA:
         report = progress or _silent
         self._model = None
         maps, edges = self._material(pictures, edges)
-        lessons, network = self._lessons(maps, report), resume
-        if network is not None:
-            self._require_same_start(network, maps)
-            lessons = lessons[len(network.layers) :]
-            maps = self._run(network, maps, report) if lessons else maps
+        lessons, network = self._lessons(maps, report), None
+        if resume is not None:
+            self._require_same_start(resume, maps)
         for lesson in lessons:
-            # One node learns from all positions; then its outputs are what the next layer learns from.
-            node = lesson.learn(maps, edges)
-            network = self._extended(network, node, lesson)
-            if on_layer is not None:
-                on_layer(network)
+            if resume is not None and lesson.number <= len(resume.layers):
+                network = resume.first(lesson.number)
+            else:
+                # One node learns from all positions; then its outputs are what the next layer learns from.
+                network = self._extended(network, lesson.learn(maps, edges), lesson)
+                if on_layer is not None:
+                    on_layer(network)
             if lesson is not lessons[-1]:
-                maps = lesson.outputs(maps, node)
+                maps = lesson.outputs(maps, network.nodes[-1])
         self._model = network
         return self
 
@@ -146,21 +146,6 @@ class HierarchicalSFA:
         shape = lesson.grid.shape[1:] if network is None else network.shape
         nodes = (*below, node)
         return HierarchicalModel(tuple(self.layers[: lesson.number]), nodes, shape, self.wrap, self.deviation_floor)
-
-    def _run(self, network: HierarchicalModel, maps: MapStore, report: Progress) -> MapStore:
-        def run(some: Maps) -> Maps:
-            return network.run(some, self._dtype)
-
-        top, stage = network.grids[-1], f"layers 1 to {len(network.layers)} hand on"
-        shape = (network.layers[-1].output_dim, top.rows, top.columns)
-        return spool_outputs(
-            maps,
-            run,
-            shape,
-            positions=network.grids[0].positions,
-            dtype=self._dtype,
-            report=lambda done: report(stage, done, len(maps)),
-        )
 
     def _require_same_start(self, network: HierarchicalModel, maps: MapStore) -> None:
         count = len(network.layers)

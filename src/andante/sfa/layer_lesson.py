@@ -58,19 +58,17 @@ class LayerLesson:
         """What this layer makes of all maps, for the next one."""
         ready = SharedNode.of(node, self.layer.clip, self.dtype)
 
-        def run(some: Maps) -> Maps:
+        block, stage = block_length(self.grid.positions), f"layer {self.number} hands on"
+        spooled = SpooledMaps((self.layer.output_dim, self.grid.rows, self.grid.columns), self.dtype)
+
+        def outputs_from(start: int) -> Maps:
+            some = maps.take(np.arange(start, min(start + block, len(maps))))
             return maps_of(self.grid, ready(self._columns(some)))
 
-        shape = (self.layer.output_dim, self.grid.rows, self.grid.columns)
-        stage = f"layer {self.number} hands on"
-        return spool_outputs(
-            maps,
-            run,
-            shape,
-            positions=self.grid.positions,
-            dtype=self.dtype,
-            report=lambda done: self.report(stage, done, len(maps)),
-        )
+        for outputs in in_order(outputs_from, range(0, len(maps), block)):
+            spooled.append(outputs)
+            self.report(stage, len(spooled), len(maps))
+        return spooled
 
     def _columns(self, maps: Maps) -> Signals:
         return fields_of(self.grid, maps, self.deviation_floor, self.dtype)
@@ -93,28 +91,6 @@ class LayerLesson:
             return solve_slow(moments, n_components, ridge=ridge, rank_tolerance=tolerance)
         except LearningError as error:
             raise LearningError(f"layer {self.number} of the network: {error}") from error
-
-
-def spool_outputs(
-    maps: MapStore,
-    run: Callable[[Maps], Maps],
-    shape: tuple[int, int, int],
-    *,
-    positions: int,
-    dtype: DTypeLike,
-    report: Callable[[int], None],
-) -> SpooledMaps:
-    """What ``run`` makes of all maps, each of ``shape``, in a temporary file; blocks are for so many ``positions``."""
-    spooled = SpooledMaps(shape, dtype)
-    block = block_length(positions)
-
-    def run_block(start: int) -> Maps:
-        return run(maps.take(np.arange(start, min(start + block, len(maps)))))
-
-    for outputs in in_order(run_block, range(0, len(maps), block)):
-        spooled.append(outputs)
-        report(len(spooled))
-    return spooled
 
 
 def _by_map(signals: Signals, n: int) -> Signals:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+import weakref
 from typing import Any, Protocol
 
 import numpy as np
@@ -63,7 +64,8 @@ class SpooledMaps:
         self._shape = shape
         self._dtype = np.dtype(dtype)
         self._bytes = int(np.prod(shape)) * self._dtype.itemsize
-        self._file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115 (closed with this object)
+        self._file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115 (it lives as long as this object)
+        weakref.finalize(self, self._file.close)
         self._count = 0
 
     def __len__(self) -> int:
@@ -95,10 +97,6 @@ class SpooledMaps:
         for start, stop in zip([0, *runs], [*runs, len(rows)], strict=True):
             self._read(maps[start:stop], int(rows[start]))
         return maps
-
-    def close(self) -> None:
-        """Give the space back now instead of with the last reference."""
-        self._file.close()
 
     def _read(self, maps: NDArray[Any], row: int) -> None:
         data, position = maps.data.cast("B"), row * self._bytes

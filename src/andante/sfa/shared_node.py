@@ -82,7 +82,7 @@ def normalise_fields(fields: Signals, deviation_floor: float) -> Signals:
     variance = np.einsum("ij,ij->j", fields, fields) / fields.dtype.type(len(fields))
     variance += fields.dtype.type(deviation_floor**2)
     # Where nothing varies and there is no floor, zeros stay zeros.
-    fields /= np.sqrt(variance, out=variance, where=variance > 0)
+    fields /= np.sqrt(np.maximum(variance, np.finfo(fields.dtype).tiny, out=variance), out=variance)
     return fields
 
 
