@@ -1,6 +1,7 @@
 """Hierarchical networks: what they learn, whatever the batches, and what they refuse (thesis 3.4, 5.1.1)."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,8 +9,19 @@ import pytest
 
 from andante.data import Edges
 from andante.errors import ArrayError, ConfigError, LearningError, NotFittedError
-from andante.sfa import HierarchicalModel, HierarchicalSFA, Layer, Moments, QuadraticSFA, SlowModel, field_moments
+from andante.sfa import (
+    PCA,
+    HierarchicalModel,
+    HierarchicalSFA,
+    Layer,
+    Moments,
+    QuadraticSFA,
+    SlowModel,
+    field_moments,
+    solve_slow,
+)
 from andante.sfa.expansion import expand_quadratic
+from andante.sfa.residual import with_residual
 from andante.sfa.shared_node import expanded_rows, normalise_fields
 
 ORACLE = json.loads((Path(__file__).parent / "data" / "hierarchy_oracle.json").read_text())
@@ -96,9 +108,10 @@ def test_one_layer_is_plain_quadratic_sfa_on_patches():
     assert network.deltas_.shape == (4 * fields.shape[1],)
 
 
-def test_outputs_of_a_node_have_unit_variance_and_are_decorrelated():
+@pytest.mark.parametrize("residual", [0.0, 0.5])
+def test_outputs_of_a_node_have_unit_variance_and_are_decorrelated(residual):
     pictures = noisy()
-    unclipped = [Layer(layer.output_dim, layer.field, layer.stride, layer.reduced_dim, clip=None) for layer in LAYERS]
+    unclipped = [replace(layer, clip=None, residual=residual) for layer in LAYERS]
     network = HierarchicalSFA(unclipped, double=True).fit(pictures).model_
     for count in (1, 2, 3):
         maps = network.first(count).run(pictures[:, None], np.float64)
@@ -107,7 +120,7 @@ def test_outputs_of_a_node_have_unit_variance_and_are_decorrelated():
         np.testing.assert_allclose(samples.mean(axis=0), 0, atol=1e-9)
         deltas = (np.diff(maps, axis=0) ** 2).mean(axis=(0, 2, 3))
         np.testing.assert_allclose(network.nodes[count - 1].deltas, deltas, rtol=1e-8)
-        assert (np.diff(deltas) >= 0).all()
+        assert (np.diff(deltas[: maps.shape[1] - int(residual * maps.shape[1])]) >= 0).all()
 
 
 @pytest.mark.parametrize("size", [1, 7, 200])
@@ -194,6 +207,23 @@ def test_noise_takes_effect_as_if_it_had_been_drawn():
         np.testing.assert_allclose(inside, np.diag(inside.diagonal()), atol=0.05 * inside.max())
 
 
+def test_a_residual_carries_on_what_slow_features_leave_unsaid():
+    """With as many components as signals are left, slow features and residual together tell all of the signals."""
+    x = np.random.default_rng(0).normal(size=(500, 6)) @ np.random.default_rng(1).normal(size=(6, 6))
+    moments = Moments.empty(6)
+    moments.add_series(x)
+    slow = solve_slow(moments, 2)
+    assert with_residual(slow, moments, 0, 6) is slow
+    some = with_residual(slow, moments, 1, 6)
+    error = x - slow.transform(x) @ np.linalg.lstsq(slow.transform(x), x - x.mean(axis=0), rcond=None)[0]
+    strongest = PCA.of(Moments.of(error), 1).transform(error)
+    assert abs(np.corrcoef(strongest[:, 0], some.transform(x)[:, 2])[0, 1]) > 1 - 1e-9
+    outputs = with_residual(slow, moments, 4, 6).transform(x)
+    np.testing.assert_allclose(outputs.T @ outputs / 500, np.eye(6), atol=1e-9)
+    with pytest.raises(LearningError, match="cannot carry on 5 components: 2 slow features tell nearly all of 6"):
+        with_residual(slow, moments, 5, 6)
+
+
 def test_a_turned_panorama_turns_the_first_layer():
     pictures = noisy()
     network = HierarchicalSFA(LAYERS[:1], wrap=True).fit(pictures).model_
@@ -236,7 +266,7 @@ def test_arrays_for_a_file_bring_the_model_back():
     arrays = model.to_arrays()
     with pytest.raises(ArrayError, match="HierarchicalModel lacks the stored arrays wrap"):
         HierarchicalModel.from_arrays({name: array for name, array in arrays.items() if name != "wrap"})
-    with pytest.raises(ArrayError, match=r"needs layers \(L, 8\).* got shapes \(3, 7\)"):
+    with pytest.raises(ArrayError, match=r"needs layers \(L, 9\).* got shapes \(3, 7\)"):
         HierarchicalModel.from_arrays({**arrays, "layers": arrays["layers"][:, :7]})
     with pytest.raises(ConfigError, match="finite numbers"):
         HierarchicalModel.from_arrays({**arrays, "layers": np.where(arrays["layers"] == 6, np.nan, arrays["layers"])})

@@ -55,6 +55,7 @@ def test_fields_of_a_view_are_those_of_a_copy():
         ({"output_dim": 4, "stride": (1, 0)}, r"stride=\(1, 0\): has to be at least 1"),
         ({"output_dim": 6, "reduced_dim": 2}, "output_dim=6: 2 reduced signals have only 5 terms"),
         ({"output_dim": 4, "noise": -1.0}, "noise=-1.0: has to be a finite variance"),
+        ({"output_dim": 4, "residual": 1.0}, r"residual=1.0: has to be a share in \[0, 1\)"),
         ({"output_dim": 4, "clip": 0.0}, "clip=0.0: has to be above 0, or None"),
     ],
 )

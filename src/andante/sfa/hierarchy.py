@@ -19,8 +19,8 @@ from andante.sfa.quadratic import QuadraticModel
 from andante.sfa.shared_node import SharedNode, fields_of, maps_of
 from andante.sfa.threads import one_thread
 
-_LAYER_COLUMNS = 8
-"""Numbers a layer takes in a file: outputs, field, stride, reduced, noise, clip."""
+_LAYER_COLUMNS = 9
+"""Numbers a layer takes in a file: outputs, field, stride, reduced, noise, residual, clip."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +98,7 @@ class HierarchicalModel:
         return HierarchicalModel(self.layers[:count], self.nodes[:count], self.shape, self.wrap, self.deviation_floor)
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """``layers`` (L, 8), ``shape`` (2,), ``wrap`` (1,), ``deviation_floor`` (0 or 1,), ``0.reduce.mean`` ..."""
+        """``layers`` (L, 9), ``shape`` (2,), ``wrap`` (1,), ``deviation_floor`` (0 or 1,), ``0.reduce.mean`` ..."""
         floor = [] if self.deviation_floor is None else [self.deviation_floor]
         arrays: dict[str, NDArray[Any]] = {
             "layers": np.array([_layer_row(layer) for layer in self.layers]),
@@ -157,11 +157,19 @@ def nodes_in(layers: Sequence[Layer], nodes: Sequence[QuadraticModel], dtype: DT
 
 def _layer_row(layer: Layer) -> list[float]:
     clip = np.inf if layer.clip is None else layer.clip
-    return [layer.output_dim, *(layer.field or (0, 0)), *layer.stride, layer.reduced_dim, layer.noise, clip]
+    return [
+        layer.output_dim,
+        *(layer.field or (0, 0)),
+        *layer.stride,
+        layer.reduced_dim,
+        layer.noise,
+        layer.residual,
+        clip,
+    ]
 
 
 def _layer_of(row: Sequence[float]) -> Layer:
-    output_dim, field_x, field_y, stride_x, stride_y, reduced_dim, noise, clip = row
+    output_dim, field_x, field_y, stride_x, stride_y, reduced_dim, noise, residual, clip = row
     if not np.isfinite(row[:-1]).all():
         raise ConfigError(f"a stored layer has to consist of finite numbers, got {row}")
     return Layer(
@@ -171,6 +179,7 @@ def _layer_of(row: Sequence[float]) -> Layer:
         int(reduced_dim),
         noise,
         clip if np.isfinite(clip) else None,
+        residual,
     )
 
 

@@ -17,6 +17,7 @@ from andante.sfa.map_store import MapStore, SpooledMaps
 from andante.sfa.model import AffineModel
 from andante.sfa.moments import Moments
 from andante.sfa.quadratic import QuadraticModel
+from andante.sfa.residual import with_residual
 from andante.sfa.shared_node import AffineRows, SharedNode, Signals, expanded_rows, fields_of, maps_of
 from andante.sfa.solver import solve_slow
 from andante.sfa.threads import in_order
@@ -44,7 +45,9 @@ class LayerLesson:
         """The node that all receptive fields share; raises ``LearningError`` that names the layer."""
         layer = self.layer
         # The slowest linear signals of the receptive fields, so that the expansion stays small.
-        reduce = self._solve(self._moments(maps, edges, self._fields, "reduces"), layer.reduced_dim)
+        reduce = self._solve(
+            self._moments(maps, edges, self._fields, "reduces"), layer.reduced_dim, self.grid.input_dim
+        )
         ready = AffineRows.of(reduce, self.dtype)
 
         def terms_of(some: Maps) -> Signals:
@@ -52,7 +55,7 @@ class LayerLesson:
 
         # The slowest polynomials of degree two in these.
         moments = self._moments(maps, edges, terms_of, "expands")
-        return QuadraticModel(reduce, self._solve(moments, layer.output_dim, layer.noise))
+        return QuadraticModel(reduce, self._solve(moments, layer.output_dim, layer.reduced_dim, layer.noise))
 
     def outputs(self, maps: MapStore, node: QuadraticModel) -> SpooledMaps:
         """What this layer makes of all maps, for the next one."""
@@ -82,13 +85,16 @@ class LayerLesson:
             maps, edges, signals_of, self.grid.positions, lambda done: self.report(stage, done, len(maps))
         )
 
-    def _solve(self, moments: Moments, n_components: int, noise: float = 0.0) -> AffineModel:
+    def _solve(self, moments: Moments, outputs: int, signals: int, noise: float = 0.0) -> AffineModel:
+        """The slowest features, and where asked for what they leave unsaid of the first ``signals`` signals."""
+        carried_on = int(self.layer.residual * outputs)
         # Noise of a given variance, in the units in which the solver takes it: the mean variance of the signals.
         mean_variance = float(np.trace(moments.covariance)) / moments.dim
         ridge = self.ridge + (noise / mean_variance if noise else 0.0)
         tolerance = RANK_TOLERANCE if np.dtype(self.dtype) == np.float64 else _SINGLE_RANK_TOLERANCE
         try:
-            return solve_slow(moments, n_components, ridge=ridge, rank_tolerance=tolerance)
+            slow = solve_slow(moments, outputs - carried_on, ridge=ridge, rank_tolerance=tolerance)
+            return with_residual(slow, moments, carried_on, signals)
         except LearningError as error:
             raise LearningError(f"layer {self.number} of the network: {error}") from error
 

@@ -33,7 +33,9 @@ class Layer:
     ``field`` and ``stride`` are (width, height) in nodes of the layer below, or pixels; a field of ``None`` is all of
     it. ``noise`` is the variance of white noise that the second SFA expects on its terms, of which the linear ones have
     unit variance; it takes effect in closed form, without random numbers. Outputs, of unit variance, are cut off at
-    plus and minus ``clip``; ``None`` lets all pass. Raises ``ConfigError`` for values out of range.
+    plus and minus ``clip``; ``None`` lets all pass. ``residual`` is the share of the reduced signals, and of the
+    outputs, rounded down, that are not slow but carry on what the slow ones leave unsaid (see ``with_residual``).
+    Raises ``ConfigError`` for values out of range.
     """
 
     output_dim: int
@@ -42,6 +44,7 @@ class Layer:
     reduced_dim: int = 20
     noise: float = 0.0
     clip: float | None = 4.0
+    residual: float = 0.0
 
     def __post_init__(self) -> None:
         sizes = {"output_dim": (self.output_dim,), "stride": self.stride, "reduced_dim": (self.reduced_dim,)}
@@ -54,6 +57,8 @@ class Layer:
             raise ConfigError(f"a layer with noise={self.noise}: has to be a finite variance >= 0")
         if self.clip is not None and not self.clip > 0:
             raise ConfigError(f"a layer with clip={self.clip}: has to be above 0, or None")
+        if not 0 <= self.residual < 1:
+            raise ConfigError(f"a layer with residual={self.residual}: has to be a share in [0, 1)")
         if self.output_dim > expanded_dim(self.reduced_dim):
             raise ConfigError(
                 f"a layer with output_dim={self.output_dim}: {self.reduced_dim} reduced signals have only "
