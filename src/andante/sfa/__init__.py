@@ -14,11 +14,19 @@ of time::
 
 Frames that are grouped by place instead of joined one by one have a closed form, which also forgets: ``PlaceMoments``.
 
-Estimators learn; models (``AffineModel``, ``QuadraticModel``) are frozen, only transform, and turn into named
-arrays for a file. Nothing here knows of images, poses or files.
+Whole pictures go through a network of small nodes, layer by layer (thesis 5.1.1)::
+
+    network = HierarchicalSFA(PANORAMA_LAYERS).fit(panoramas)              # (n, 60, 600), or streams of such batches
+    network.transform(panorama)                                            # (60, 600) -> (8,)
+
+Estimators learn; models (``AffineModel``, ``QuadraticModel``, ``HierarchicalModel``) are frozen, only transform, and
+turn into named arrays for a file. Nothing here knows of cameras, poses or image files.
 """
 
 from andante.sfa.expansion import expand_quadratic, expanded_dim, term_names
+from andante.sfa.hierarchical import HierarchicalSFA
+from andante.sfa.hierarchy import HierarchicalModel
+from andante.sfa.layers import LANDMARK_LAYERS, PANORAMA_LAYERS, Layer, grids_of
 from andante.sfa.linear import LinearSFA
 from andante.sfa.model import AffineModel, SlowModel
 from andante.sfa.moments import Moments
@@ -29,8 +37,13 @@ from andante.sfa.solver import solve_slow
 from andante.sfa.threads import one_thread
 
 __all__ = [
+    "LANDMARK_LAYERS",
+    "PANORAMA_LAYERS",
     "PCA",
     "AffineModel",
+    "HierarchicalModel",
+    "HierarchicalSFA",
+    "Layer",
     "LinearSFA",
     "Moments",
     "PlaceMoments",
@@ -39,6 +52,7 @@ __all__ = [
     "SlowModel",
     "expand_quadratic",
     "expanded_dim",
+    "grids_of",
     "one_thread",
     "pca_of_samples",
     "solve_slow",

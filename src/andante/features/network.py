@@ -1,0 +1,37 @@
+"""What the layers of a learnt network make of a panorama, as features for whatever learns on top of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from andante.data import ImageArray
+from andante.errors import ConfigError
+from andante.features.illumination import Float32Array
+from andante.sfa import HierarchicalModel
+
+
+@dataclass(frozen=True, eq=False)
+class NetworkEncoder:
+    """Panoramas (height, width) -> outputs (k,) of a hierarchical network, or of its first layers (``model.first``).
+
+    The network is learnt, so two encoders are alike only if their networks are; heading matters as the network was
+    taught (``HierarchicalSFA``, turns).
+    """
+
+    model: HierarchicalModel
+
+    @property
+    def dim(self) -> int:
+        """Number of outputs k."""
+        return self.model.output_dim
+
+    def encode(self, panoramas: ImageArray) -> Float32Array:
+        """Grey uint8 (height, width) -> (dim,) float32, or a stack (n, height, width) -> (n, dim)."""
+        if panoramas.ndim not in (2, 3) or panoramas.shape[-2:] != self.model.shape or panoramas.dtype != np.uint8:
+            raise ConfigError(
+                f"this encoder takes grey uint8 panoramas {self.model.shape}, one or a stack of them, got "
+                f"{panoramas.dtype} of shape {panoramas.shape}; make them with the camera that its network learnt from"
+            )
+        return self.model.transform(panoramas).astype(np.float32)

@@ -1,0 +1,31 @@
+"""A learnt network as an encoder."""
+
+import numpy as np
+import pytest
+
+from andante.errors import ConfigError
+from andante.features import NetworkEncoder
+from andante.protocols import Encoder
+from andante.sfa import HierarchicalSFA, Layer
+
+
+@pytest.fixture(scope="module")
+def model():
+    pictures = np.random.default_rng(0).integers(0, 255, (60, 8, 16)).astype(np.uint8)
+    return HierarchicalSFA([Layer(3, (4, 4), (2, 2), 5), Layer(2, reduced_dim=6)], wrap=True).fit(pictures).model_
+
+
+def test_outputs_of_all_or_the_first_layers(model):
+    panoramas = np.random.default_rng(1).integers(0, 255, (4, 8, 16)).astype(np.uint8)
+    for encoder, dim in ((NetworkEncoder(model), 2), (NetworkEncoder(model.first(1)), 3 * 3 * 8)):
+        assert isinstance(encoder, Encoder)
+        assert encoder.dim == dim
+        many = encoder.encode(panoramas)
+        assert (many.shape, many.dtype) == ((4, dim), np.float32)
+        np.testing.assert_allclose(encoder.encode(panoramas[2]), many[2], atol=1e-4)
+
+
+def test_other_pictures_are_refused(model):
+    for wrong in (np.zeros((8, 15), np.uint8), np.zeros((8, 16)), np.zeros(128, np.uint8)):
+        with pytest.raises(ConfigError, match=r"grey uint8 panoramas \(8, 16\), one or a stack of them"):
+            NetworkEncoder(model).encode(wrong)
