@@ -57,7 +57,7 @@ def metric_table(data: Path) -> None:
 def place_table(data: Path) -> None:
     print("\n| split | localizer | within 1 place | 3 | 10 |\n|---|---|---|---|---|")
     train, test = (open_recording(data / name) for name in ("nordland_summer", "nordland_winter"))
-    for what, config in (("andante default (pixels)", MapConfig()), ("thesis choices", MapConfig.thesis())):
+    for what, config in (("andante default (flat)", MapConfig()), ("thesis choices", MapConfig.thesis())):
         found = evaluate(build_map([train], config), test, baselines=what.startswith("andante"))
         for name, figures in {what: found.figures, **found.baselines}.items():
             places = figures.places

@@ -46,7 +46,7 @@ PLACES = MapConfig.thesis().with_values(
 PIXELS = MapConfig().with_values(
     {
         "panorama": {**PANORAMA, "width_px": 60, "height_px": 10},
-        "features": {"kind": "pixels", "normalise": False},
+        "features": {"kind": "flat", "normalise": False},
         "learning": {
             "order": "temporal", "expansion": "quadratic", "slow_features": 8, "pca_components": 100, "edge_ridge": 0.0,
             "ridge": 1e-3,

@@ -282,7 +282,7 @@ def test_a_flipped_bit_in_the_header_is_refused_or_harmless(files, tmp_path, gar
         ({"config": {"panorama": {"width_px": 8}}}, "expected float32"),
         ({"config": {"panorama": {"min_deg": 30, "max_deg": 10}}}, "elevations -90 <= min_deg < max_deg"),
         ({"config": {"features": {"n_frequencies": 0}}}, "its config.features.n_frequencies is wrong"),
-        ({"config": {"features": {"kind": "pixels"}}}, "expected float32"),
+        ({"config": {"features": {"kind": "flat"}}}, "expected float32"),
         ({"config": {"readout": {"kind": "gaussian-process"}}}, "this readout lacks the stored arrays"),
         ({"config": 5}, "its config is wrong"),
         ({"asked": {"learning": {"speed": 1}}}, "its asked.learning.speed is wrong: Extra inputs are not permitted"),

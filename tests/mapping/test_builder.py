@@ -53,7 +53,7 @@ def test_the_number_of_threads_is_invisible(days, slowmap, tmp_path, monkeypatch
 
 
 def test_the_size_of_stacks_is_invisible(days, slowmap, tmp_path, monkeypatch):
-    monkeypatch.setattr(sessions_module, "_STACK", 1)
+    monkeypatch.setattr(sessions_module, "STACK", 1)
     assert bytes_of(build_map(days), tmp_path) == bytes_of(slowmap, tmp_path)
 
 
@@ -137,14 +137,14 @@ def test_every_choice_works_and_survives_the_file(days, garden, small_config, tm
         assert loaded.localize(day.load(info)).as_dict() == built.localize(day.load(info)).as_dict()
 
 
-def test_pixels_work_where_the_robot_keeps_its_heading(garden, small_config, errors_m):
+def test_flat_pixels_work_where_the_robot_keeps_its_heading(garden, small_config, errors_m):
     def northward(n, y, gain):
         poses = np.column_stack([np.linspace(-3, 3, n), np.full(n, y), np.zeros(n)])
         return garden.drive(poses, name=f"gain {gain}", gain=gain)
 
-    config = small_config.with_values({"features": {"kind": "pixels"}})
+    config = small_config.with_values({"features": {"kind": "flat"}})
     built = build_map([northward(60, 0.0, 1.0), northward(60, 0.05, 0.8)], config)
-    assert built.front_end.feature_kind == "pixels"
+    assert built.front_end.feature_kind == "flat"
     assert not built.heading_invariant
     assert np.median(errors_m(built, northward(31, 0.02, 0.9))) < 0.2
 

@@ -26,11 +26,11 @@ def test_features_are_those_of_the_grey_panorama(garden):
     assert front.dim == len(front.features(picture))
 
 
-def test_auto_is_fourier_where_a_turn_only_shifts_columns_and_pixels_elsewhere():
+def test_auto_is_fourier_where_a_turn_only_shifts_columns_and_flat_elsewhere():
     assert front_end(CameraSpec(model="panorama"), (12, 120)).feature_kind == "fourier"
-    assert front_end(PERSPECTIVE, (12, 120)).feature_kind == "pixels"
+    assert front_end(PERSPECTIVE, (12, 120)).feature_kind == "flat"
     narrow = CameraSpec(model="panorama", horizontal_field_of_view_deg=200.0)
-    assert front_end(narrow, (12, 120)).feature_kind == "pixels"
+    assert front_end(narrow, (12, 120)).feature_kind == "flat"
     assert front_end(PERSPECTIVE, (12, 120), kind="fourier").feature_kind == "fourier"
 
 
@@ -38,8 +38,8 @@ def test_encoders_take_the_configured_values():
     config = FeatureConfig(n_frequencies=7, orientations=3, deviation_floor=11.0, window_share=(0.1, 0.3))
     encoder = make_encoder(config, (8, 48), wrap=True)
     assert encoder == FourierEncoder(8, 48, 7, True, (0.1, 0.3), 11.0, 3)
-    pixels = make_encoder(config.model_copy(update={"kind": "pixels"}), (8, 48), wrap=False)
-    assert pixels == PixelEncoder(8, 48, True, (0.1, 0.3), 11.0, False)
+    flat = make_encoder(config.model_copy(update={"kind": "flat"}), (8, 48), wrap=False)
+    assert flat == PixelEncoder(8, 48, True, (0.1, 0.3), 11.0, False)
 
 
 def test_a_narrow_picture_offers_fewer_frequencies():

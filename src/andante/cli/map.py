@@ -17,15 +17,16 @@ if TYPE_CHECKING:
     from andante.mapping import MapConfig, SlowMap
 
 # The same words as in ``andante.mapping.config``, which would take too long to import for a help text.
-Features = Literal["auto", "fourier", "pixels"]
+Features = Literal["auto", "fourier", "flat", "pixels"]
 Order = Literal["places", "restructured", "temporal"]
 Positions = Literal["auto", "reference", "odometry", "place"]
 ReadoutKind = Literal["local", "polynomial", "gaussian-process"]
-Preset = Literal["default", "thesis"]
+Preset = Literal["default", "thesis", "thesis-pixels"]
 
 EPILOG = examples(
     "andante map garden/monday -o garden.andante",
     "andante map garden/summer garden/winter -o garden.andante --slow-features 64 --json",
+    "andante map garden/summer garden/winter -o garden.andante --features pixels",
     "andante map garden/monday -o thesis.andante --preset thesis",
 )
 
@@ -44,7 +45,10 @@ def command(
     ],
     features: Annotated[
         Features | None,
-        typer.Option(help="What of the panorama is learnt from. Default: auto, by the camera."),
+        typer.Option(
+            help="What of the panorama is learnt from; pixels go through a network that is learnt first. "
+            "Default: auto, by the camera."
+        ),
     ] = None,
     order: Annotated[
         Order | None, typer.Option(help="Which frames count as alike. Default: places (thesis: restructured).")
@@ -103,7 +107,8 @@ def _resolved(preset: Preset, file: Path | None, flags: dict[str, Any]) -> MapCo
     """Flag over file over preset."""
     from andante.mapping import MapConfig
 
-    config = MapConfig.thesis() if preset == "thesis" else MapConfig()
+    presets = {"default": MapConfig, "thesis": MapConfig.thesis, "thesis-pixels": MapConfig.thesis_pixels}
+    config = presets[preset]()
     if file is not None:
         config = config.with_values(MapConfig.from_toml(file).model_dump(exclude_unset=True))
     return config.with_values(_given(flags))
@@ -117,7 +122,7 @@ def _given(values: dict[str, Any]) -> dict[str, Any]:
 
 def _summary(slowmap: SlowMap, seconds: dict[str, float]) -> dict[str, Any]:
     described = slowmap.describe()
-    stages = ("decode", "features", "learn", "readout", "total")
+    stages = ("decode", "network", "features", "learn", "readout", "total")
     return {
         "recordings": described["recordings"],
         "frames": sum(one["frames"] for one in described["recordings"]),

@@ -12,7 +12,7 @@ from andante.features.illumination import Float32Array
 from andante.sfa import HierarchicalModel
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class NetworkEncoder:
     """Panoramas (height, width) -> outputs (k,) of a hierarchical network, or of its first layers (``model.first``).
 

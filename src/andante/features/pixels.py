@@ -1,4 +1,4 @@
-"""Grey pixels of the panorama: the input of the hierarchical network (thesis 5.1, raw pixel values)."""
+"""Grey pixels of the panorama as one vector: what cameras that do not look all around are mapped by."""
 
 from __future__ import annotations
 

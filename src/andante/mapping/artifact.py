@@ -31,6 +31,7 @@ from andante.mapping.config import MapConfig
 from andante.mapping.consistency import check_memory, check_parts, check_sources
 from andante.mapping.frontend import FrontEnd
 from andante.mapping.memory import Source, memory_arrays, memory_of, rows_of
+from andante.mapping.network import network_arrays, network_of
 from andante.mapping.readout import LocalReadout
 from andante.mapping.regressions import GaussianProcessReadout, PolynomialReadout
 from andante.mapping.slow_map import SlowMap, Unit
@@ -67,6 +68,8 @@ def write_map(slowmap: SlowMap, path: str | Path) -> int:
     """Write atomically and return the size in bytes; raises ``MapError`` where the place cannot be written."""
     path = Path(path)
     arrays = _prefixed("model", slowmap.model.to_arrays()) | _prefixed("readout", slowmap.readout.to_arrays())
+    if slowmap.front_end.network is not None:
+        arrays |= _prefixed("network", network_arrays(slowmap.front_end.network))
     arrays["pictures"] = np.concatenate(slowmap.pictures)
     if slowmap.memory is not None:
         arrays |= _prefixed(_MEMORY, memory_arrays(slowmap.memory))
@@ -196,6 +199,8 @@ def _finite(number: str) -> float:
 def _assembled(header: _Header, arrays: dict[str, NDArray[Any]], path: Path) -> SlowMap:
     config = header.config
     front_end = FrontEnd(header.camera, header.image_shape, config.panorama, config.features)
+    if front_end.lacks_network:
+        front_end = front_end.with_network(network_of(_section("network", arrays), config.network, front_end))
     model = CompactModel.from_arrays(_section("model", arrays))
     readout = _READOUTS[config.readout.kind].from_arrays(_section("readout", arrays))
     check_parts(front_end, model, readout)

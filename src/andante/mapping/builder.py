@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import partial
 
 import numpy as np
@@ -18,6 +18,8 @@ from andante.mapping.learning import Ground, Learnt, Recipe, learn_slow
 from andante.mapping.lessons import lessons_of, locate_held_out, readout_of
 from andante.mapping.located import Readout
 from andante.mapping.memory import MappedSession, bounded
+from andante.mapping.network import crosses_seam
+from andante.mapping.network_lesson import encode_with_network
 from andante.mapping.odometry import in_one_frame
 from andante.mapping.selection import choose_caution, choose_recipe
 from andante.mapping.sessions import BuildLog, Progress, encode_session, positions_of, require_distinct
@@ -45,7 +47,10 @@ def build_map(
     positions = positions_of(recordings, config.positions)
     front_end = FrontEnd(*camera_and_size(recordings[0]), config.panorama, config.features)
     # Pictures to features, in the threads that decode; then everything that is learnt.
-    sessions = [encode_session(one, front_end, positions, config, progress=progress, log=log) for one in recordings]
+    if front_end.lacks_network:
+        front_end, sessions = encode_with_network(recordings, front_end, positions, config, progress=progress, log=log)
+    else:
+        sessions = [encode_session(one, front_end, positions, config, progress=progress, log=log) for one in recordings]
     if positions == "odometry":
         sessions, closings = in_one_frame([], list(zip(sessions, recordings, strict=True)), config.drift)
         log.closings += closings
@@ -126,7 +131,9 @@ def _resolved(
     return config.with_values(
         {
             "positions": sessions[0].source.poses,
+            "panorama": asdict(front_end.geometry),
             "features": {"kind": front_end.feature_kind},
+            "network": {"wrap": crosses_seam(config.network, front_end)},
             "learning": {
                 "place_radius_m": ground.radius,
                 "slow_features": recipe.slow_features,

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from andante.camera import PanoramaGeometry
 from andante.errors import ConfigError
+from andante.sfa import PANORAMA_LAYERS
 
+FeatureKind = Literal["auto", "fourier", "flat", "pixels"]
 Positions = Literal["auto", "reference", "odometry", "place"]
 Order = Literal["places", "restructured", "temporal"]
 ReadoutKind = Literal["local", "polynomial", "gaussian-process"]
@@ -24,22 +28,32 @@ class _Frozen(BaseModel):
 
 
 class PanoramaConfig(_Frozen):
-    """Size and elevation range of the panorama; a source that is smaller is never enlarged."""
+    """Size and elevation range of the panorama; a source that is smaller is never enlarged.
 
-    width_px: Annotated[int, Field(ge=8, le=4096)] = 300
-    height_px: Annotated[int, Field(ge=2, le=2048)] = 24
-    min_deg: Annotated[float, Field(ge=-90, lt=90)] = 3.0
-    max_deg: Annotated[float, Field(gt=-90, le=90)] = 35.0
+    What is ``None`` depends on the features: 300 x 24 px at 3 to 35 degrees, for pixels 600 x 60 at 5 to 50 (thesis
+    5.1).
+    """
+
+    width_px: Annotated[int, Field(ge=8, le=4096)] | None = None
+    height_px: Annotated[int, Field(ge=2, le=2048)] | None = None
+    min_deg: Annotated[float, Field(ge=-90, lt=90)] | None = None
+    max_deg: Annotated[float, Field(gt=-90, le=90)] | None = None
+
+    def geometry(self, kind: FeatureKind) -> PanoramaGeometry:
+        """With nothing left open, for features of a kind."""
+        defaults = PanoramaGeometry(600, 60, 5.0, 50.0) if kind == "pixels" else PanoramaGeometry(300, 24, 3.0, 35.0)
+        return replace(defaults, **self.model_dump(exclude_none=True))
 
 
 class FeatureConfig(_Frozen):
     """What of the panorama is handed to learning; see ``andante.features``.
 
-    ``auto`` is fourier for cameras that look all around, and pixels for perspective ones, whose Fourier magnitudes
-    mix up what is to the left and to the right.
+    ``auto`` is fourier for cameras that look all around, and flat for perspective ones, whose Fourier magnitudes
+    mix up what is to the left and to the right. ``flat`` are the patch-normalised pixels as one vector; ``pixels`` is
+    what a hierarchical network makes of them, which is learnt with the map (``NetworkConfig``).
     """
 
-    kind: Literal["auto", "fourier", "pixels"] = "auto"
+    kind: FeatureKind = "auto"
     n_frequencies: Count = 40
     normalise: bool = True
     window_share: tuple[Share, Share] = (0.043, 0.2)
@@ -48,6 +62,42 @@ class FeatureConfig(_Frozen):
     gradient_floor: Annotated[float, Field(gt=0)] = 5.0
     orientation_weight: Annotated[float, Field(gt=0)] = 1.4
     unit: bool = True
+
+
+class LayerConfig(_Frozen):
+    """One layer of a network; see ``andante.sfa.Layer``."""
+
+    output_dim: Count
+    field: tuple[Count, Count] | None = None
+    stride: tuple[Count, Count] = (1, 1)
+    reduced_dim: Count = 20
+    noise: Annotated[float, Field(ge=0)] = 0.0
+    clip: Annotated[float, Field(gt=0)] | None = 4.0
+
+
+class NetworkConfig(_Frozen):
+    """The hierarchical network behind features of kind pixels (thesis 5.1.1), learnt with the map.
+
+    The first ``depth`` of ``layers`` (by default those of table 5.1) are learnt, and what the last of them puts out at
+    all its positions are the features: those of three layers keep where things are, the eight outputs of all four are
+    slow features themselves. ``residual`` is the share of a node's outputs that carry on what the slow ones leave
+    unsaid, ``deviation_floor`` that of the patch normalisation. With ``wrap`` receptive fields cross the seam of the
+    panorama; ``None`` means that they do where the camera looks all around.
+
+    Learning is along edges in the order of ``learning.order``; with places, each picture is joined with the next one
+    and with about ``neighbours`` of other drives.
+    """
+
+    layers: Annotated[tuple[LayerConfig, ...], Field(min_length=1, max_length=8)] = tuple(
+        LayerConfig(output_dim=one.output_dim, field=one.field, stride=one.stride, reduced_dim=one.reduced_dim)
+        for one in PANORAMA_LAYERS
+    )
+    depth: Count = 3
+    residual: Annotated[float, Field(ge=0, lt=1)] = 0.75
+    wrap: bool | None = None
+    deviation_floor: Annotated[float, Field(ge=0)] = 20.0
+    ridge: Annotated[float, Field(ge=0)] = 0.0
+    neighbours: Annotated[int, Field(ge=0, le=32)] = 1
 
 
 class LearningConfig(_Frozen):
@@ -135,6 +185,7 @@ class MapConfig(_Frozen):
     seed: Annotated[int, Field(ge=0)] = 0
     panorama: PanoramaConfig = PanoramaConfig()
     features: FeatureConfig = FeatureConfig()
+    network: NetworkConfig = NetworkConfig()
     learning: LearningConfig = LearningConfig()
     readout: ReadoutConfig = ReadoutConfig()
     calibration: CalibrationConfig = CalibrationConfig()
@@ -159,6 +210,20 @@ class MapConfig(_Frozen):
                 ridge=1e-2,
                 edge_ridge=0.0,
             ),
+            readout=ReadoutConfig(kind="polynomial"),
+        )
+
+    @classmethod
+    def thesis_pixels(cls) -> MapConfig:
+        """The thesis' choices for raw images (5.1.1, table 5.1): eight outputs of the whole network, one polynomial.
+
+        The outputs are slow features already, so what is learnt of them is linear and keeps all eight; a polynomial
+        sees no difference. Ridge and residual are not in the thesis, nor do its receptive fields cross the seam.
+        """
+        return cls(
+            features=FeatureConfig(kind="pixels"),
+            network=NetworkConfig(depth=4, residual=0.0, wrap=False),
+            learning=LearningConfig(order="restructured", slow_features=8, pca_components=0, edge_ridge=0.0),
             readout=ReadoutConfig(kind="polynomial"),
         )
 
@@ -202,7 +267,11 @@ def _one_line(error: ValidationError, source: str) -> str:
 def _fields_at(location: tuple[int | str, ...]) -> list[str]:
     model: type[BaseModel] = MapConfig
     for part in location:
-        annotation = model.model_fields[str(part)].annotation
+        if isinstance(part, int):  # of a list, whose type is known already
+            continue
+        annotation = model.model_fields[part].annotation
+        if get_origin(annotation) is tuple:
+            annotation = get_args(annotation)[0]
         if not (isinstance(annotation, type) and issubclass(annotation, BaseModel)):
             return []
         model = annotation

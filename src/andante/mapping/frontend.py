@@ -10,22 +10,34 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from andante.camera import PanoramaGeometry, Unwrapper, with_found_circle
+from andante.camera import Unwrapper, with_found_circle
 from andante.data import CameraSpec, ImageArray
 from andante.errors import BlankImageError, ConfigError, ImageError, RecordingError
-from andante.features import FourierEncoder, PixelEncoder
+from andante.features import FourierEncoder, NetworkEncoder, PixelEncoder
 from andante.mapping.config import FeatureConfig, PanoramaConfig
 from andante.protocols import Encoder, Recording
+from andante.sfa import HierarchicalModel
 
+Kind = Literal["fourier", "flat", "pixels"]
 MIN_CONTRAST = 3.0
 """Standard deviation in grey levels below which a panorama shows nothing."""
 _CIRCLE_FRAMES = 12
 
 
-def make_encoder(config: FeatureConfig, shape: tuple[int, int], *, wrap: bool) -> Encoder:
-    """The configured encoder for panoramas of (height, width)."""
+def make_encoder(
+    config: FeatureConfig, shape: tuple[int, int], *, wrap: bool, network: HierarchicalModel | None = None
+) -> Encoder:
+    """The configured encoder for panoramas of (height, width); raises ``ConfigError`` where it lacks a ``network``."""
     height, width = shape
-    if resolved_kind(config, heading_invariant=wrap) == "pixels":
+    kind = resolved_kind(config, heading_invariant=wrap)
+    if kind == "pixels":
+        if network is None:
+            raise ConfigError(
+                "features of kind pixels come from a network that was not learnt yet: build_map learns it, and "
+                "slowmap.front_end carries it"
+            )
+        return NetworkEncoder(network)
+    if kind == "flat":
         return PixelEncoder(height, width, config.normalise, config.window_share, config.deviation_floor, wrap)
     values = config.model_dump(exclude={"kind"})
     # A source narrower than the configured panorama has fewer frequencies to offer.
@@ -33,10 +45,10 @@ def make_encoder(config: FeatureConfig, shape: tuple[int, int], *, wrap: bool) -
     return FourierEncoder(height, width, **values, wrap=wrap)
 
 
-def resolved_kind(config: FeatureConfig, *, heading_invariant: bool) -> Literal["fourier", "pixels"]:
+def resolved_kind(config: FeatureConfig, *, heading_invariant: bool) -> Kind:
     """The kind of features for a camera, ``auto`` decided."""
     if config.kind == "auto":
-        return "fourier" if heading_invariant else "pixels"
+        return "fourier" if heading_invariant else "flat"
     return config.kind
 
 
@@ -66,35 +78,57 @@ class FrontEnd:
     """Pictures of one camera -> panoramas and feature vectors; safe to call from many threads.
 
     ``image_shape`` (height, width) is the size that ``camera`` speaks of; pictures of another resolution but
-    the same proportions are understood as well. Features have ``dim`` numbers in float32.
+    the same proportions are understood as well. Features have ``dim`` numbers in float32. Those of kind pixels need a
+    learnt ``network``; without one there are only panoramas.
     """
 
     def __init__(
-        self, camera: CameraSpec, image_shape: tuple[int, int], panorama: PanoramaConfig, features: FeatureConfig
+        self,
+        camera: CameraSpec,
+        image_shape: tuple[int, int],
+        panorama: PanoramaConfig,
+        features: FeatureConfig,
+        network: HierarchicalModel | None = None,
     ) -> None:
         self.camera = camera
         self.image_shape = image_shape
-        self.geometry = PanoramaGeometry(**panorama.model_dump())
+        self.geometry = panorama.geometry(features.kind)
         self._feature_config = features
         self._unwrappers = {image_shape: Unwrapper(camera, image_shape, self.geometry)}
         self.panorama_shape = self._unwrappers[image_shape].shape
-        self.encoder = make_encoder(features, self.panorama_shape, wrap=camera.heading_invariant)
+        self.network = network
+        self._encoder = None if self.lacks_network else self._made_encoder()
 
     @property
-    def feature_kind(self) -> Literal["fourier", "pixels"]:
+    def feature_kind(self) -> Kind:
         """Which encoder is at work."""
         return resolved_kind(self._feature_config, heading_invariant=self.camera.heading_invariant)
+
+    @property
+    def lacks_network(self) -> bool:
+        """Whether a network has to be learnt before there are features."""
+        return self.feature_kind == "pixels" and self.network is None
+
+    @property
+    def encoder(self) -> Encoder:
+        """What turns panoramas into features; raises ``ConfigError`` while it lacks its network."""
+        return self._encoder or self._made_encoder()
 
     @property
     def dim(self) -> int:
         """Length of the feature vector."""
         return self.encoder.dim
 
+    def with_network(self, network: HierarchicalModel) -> FrontEnd:
+        """The same panoramas, and the features that a network makes of them."""
+        panorama = PanoramaConfig(**dataclasses.asdict(self.geometry))
+        return FrontEnd(self.camera, self.image_shape, panorama, self._feature_config, network)
+
     def with_camera(self, camera: CameraSpec, image_shape: tuple[int, int]) -> FrontEnd:
         """The same features from another camera; raises ``ConfigError`` where the panoramas do not match."""
         panorama = PanoramaConfig(**dataclasses.asdict(self.geometry))
-        other = FrontEnd(camera, image_shape, panorama, self._feature_config)
-        if other.encoder != self.encoder or camera.model != self.camera.model:
+        other = FrontEnd(camera, image_shape, panorama, self._feature_config, self.network)
+        if _promised(other) != _promised(self):
             raise ConfigError(
                 f"this map was made from {self.camera.model} images giving panoramas of {_size(self.panorama_shape)}, "
                 f"the new {camera.model} camera gives {_size(other.panorama_shape)}; use a camera like the map's"
@@ -133,6 +167,10 @@ class FrontEnd:
         """(height, width[, 3]) uint8 -> (dim,); raises as ``grey_panorama`` does."""
         return self.encoder.encode(self.grey_panorama(image))
 
+    def _made_encoder(self) -> Encoder:
+        wrap = self.camera.heading_invariant
+        return make_encoder(self._feature_config, self.panorama_shape, wrap=wrap, network=self.network)
+
     def _scaled_unwrapper(self, shape: tuple[int, int]) -> Unwrapper:
         scale = shape[1] / self.image_shape[1]
         if abs(shape[0] - scale * self.image_shape[0]) > 1.0:
@@ -147,6 +185,12 @@ class FrontEnd:
                 f"the map needs {_size(self.panorama_shape)} px"
             )
         return unwrapper
+
+
+def _promised(front_end: FrontEnd) -> tuple[object, ...]:
+    """What has to be the same for two cameras to give features that can be compared."""
+    camera = front_end.camera
+    return camera.model, camera.heading_invariant, front_end.panorama_shape, front_end._encoder
 
 
 def _size(shape: tuple[int, int]) -> str:

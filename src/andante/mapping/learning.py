@@ -96,7 +96,7 @@ def training_moments(x: NDArray[np.floating[Any]], ground: Ground, recipe: Recip
         if not np.ptp(x, axis=0).any():
             raise LearningError(f"none of the {x.shape[1]} signals varies over the {len(x)} samples: all are the same")
         return place_moments(x, ground).moments(recipe.invariance, density_corrected=recipe.density_corrected)
-    return Moments.of(x, _edges(ground, recipe, seed))
+    return Moments.of(x, edges_in_order(ground, recipe.order, seed))
 
 
 def place_moments(x: NDArray[np.floating[Any]], ground: Ground) -> PlaceMoments:
@@ -141,16 +141,16 @@ def require_frames(n: int, recipe: Recipe) -> None:
         )
 
 
-def _edges(ground: Ground, recipe: Recipe, seed: int) -> Edges:
-    """The thesis' orders, one edge after the other."""
-    if recipe.order == "restructured" and len(np.unique(ground.session)) > 1:
+def edges_in_order(ground: Ground, order: Order, seed: int) -> Edges:
+    """The thesis' orders, one edge after the other; raises ``LearningError`` where they join nothing."""
+    if order == "restructured" and len(np.unique(ground.session)) > 1:
         edges = restructured_edges(ground.xy, ground.session, ground.radius, np.random.default_rng(seed))
     else:
         # Numbers stand for times: frames on both sides of a held-out block are no neighbours.
         edges = temporal_edges(ground.session, timestamp_s=ground.number, max_gap_s=1)
     if len(edges) == 0:
         raise LearningError(
-            f"no two of the {len(ground)} frames belong together ({recipe.order} order, place radius "
+            f"no two of the {len(ground)} frames belong together ({order} order, place radius "
             f"{ground.radius:.2f}); record more frames or raise learning.place_radius_m"
         )
     return edges

@@ -46,7 +46,7 @@ class Lessons:
 
 def lessons_of(sessions: Sequence[MappedSession], features: Codes, config: MapConfig) -> Lessons:
     """From all frames of some sessions, whose ``features`` come one session after the other."""
-    ground = _ground(sessions, config)
+    ground = ground_of(sessions, config)
     names = [session.source.name for session in sessions]
     return Lessons(*_compressed(features, config), ground, Folds.of(ground, names, config.calibration))
 
@@ -79,7 +79,7 @@ def readout_of(slow: FloatArray, learnt: Learnt, ground: Ground, config: MapConf
     )
 
 
-def _ground(sessions: Sequence[MappedSession], config: MapConfig) -> Ground:
+def ground_of(sessions: Sequence[MappedSession], config: MapConfig) -> Ground:
     """Positions of all frames, one session after the other."""
     xy = np.concatenate([session.xy for session in sessions])
     session_of = np.repeat(np.arange(len(sessions)), [len(session) for session in sessions])

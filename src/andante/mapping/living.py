@@ -1,7 +1,8 @@
 """A map that lives: another drive is learnt into it, or refused where it would do harm; two maps become one.
 
 Learning goes back to the remembered frames of all sessions, so a map that was updated is the very map that all its
-recordings would have given at once, in the order in which they came.
+recordings would have given at once, in the order in which they came. A network that makes the features is the one thing
+that stays as it was first learnt: with it given, the same holds.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from andante.mapping.folds import Folds, Mask
 from andante.mapping.lessons import lessons_of, locate_held_out
 from andante.mapping.located import tempered
 from andante.mapping.memory import MappedSession
+from andante.mapping.network import same_network
 from andante.mapping.odometry import in_one_frame
 from andante.mapping.selection import recipe_of
 from andante.mapping.sessions import BuildLog, Progress, encode_session, require_distinct
@@ -176,6 +178,11 @@ def _require_alike(first: SlowMap, second: SlowMap) -> None:
     ]
     if differences:
         raise MapError(f"these maps cannot be merged, they differ in {', '.join(differences)}; make one as the other")
+    if not same_network(first.front_end.network, second.front_end.network):
+        raise MapError(
+            "these maps cannot be merged, each has learnt a network of its own from its first recordings; update one "
+            "of them with the recordings of the other"
+        )
     if first.config.positions == "odometry":
         raise MapError(
             "maps made from odometry each have a frame of reference of their own and cannot be merged; update one of "

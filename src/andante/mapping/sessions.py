@@ -6,7 +6,7 @@ import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations, islice
 
 import numpy as np
@@ -24,10 +24,13 @@ from andante.recordings import default_workers, map_frames, moving_frames, pictu
 
 Progress = Callable[[str, int, int], None]
 """Called with a stage, the steps done and the steps in all."""
+TakePanoramas = Callable[[ImageArray], None]
+"""Called with grey panoramas (n, height, width) uint8."""
 
 MAX_SHARED_PICTURES = 0.05
 """Share of pictures that two recordings may have in common and still count as two."""
-_STACK = 8
+STACK = 8
+"""Pictures that are encoded at once."""
 
 
 @dataclass
@@ -67,11 +70,33 @@ def encode_session(
     The features of a frame depend on nothing but its picture. Raises ``RecordingError`` for a recording without usable
     frames or with too many unreadable ones, ``ConfigError`` for a camera that is not like the map's.
     """
+    parts = [Codes.of(np.empty((0, front_end.dim), dtype=np.float32))]
+
+    def encode(panoramas: ImageArray) -> None:
+        parts.append(Codes.of(front_end.encoder.encode(panoramas)))
+
+    session = read_session(recording, front_end, positions, config, encode, progress=progress, log=log)
+    return replace(session, codes=Codes.joined(parts))
+
+
+def read_session(
+    recording: Recording,
+    front_end: FrontEnd,
+    positions: Positions,
+    config: MapConfig,
+    take: TakePanoramas,
+    *,
+    progress: Progress | None = None,
+    log: BuildLog | None = None,
+) -> MappedSession:
+    """The same without features: ``take`` is handed the panoramas of its frames in order, at most ``STACK`` at once."""
     log = log or BuildLog()
     content = recording.content_hash()
     indices, xy = usable_frames(recording, positions, config, log)
     with log.timed("features"):
-        codes, pictures, skipped = _encode(recording, indices, front_end.for_recording(recording), progress, log)
+        pictures, skipped = _read(
+            recording, indices, front_end.for_recording(recording), take, progress=progress, log=log
+        )
     kept = [index not in skipped for index in indices]
     heading = _heading([recording.infos[index] for index in indices], positions)
     source = Source(
@@ -85,7 +110,8 @@ def encode_session(
     )
     fingerprints = np.array([short_fingerprint(picture) for picture in pictures], dtype=np.uint32)
     number = np.array(indices, dtype=np.int64)
-    return MappedSession(source, codes, xy[kept], heading[kept], number[kept], fingerprints)
+    nothing = Codes.of(np.empty((sum(kept), 0), dtype=np.float32))
+    return MappedSession(source, nothing, xy[kept], heading[kept], number[kept], fingerprints)
 
 
 def short_fingerprint(picture: str) -> int:
@@ -171,10 +197,16 @@ def _heading(infos: Sequence[FrameInfo], positions: Positions) -> FloatArray:
     return Trajectory.of(infos, "odometry" if positions == "odometry" else "reference").heading_rad
 
 
-def _encode(
-    recording: Recording, indices: Sequence[int], front_end: FrontEnd, progress: Progress | None, log: BuildLog
-) -> tuple[Codes, list[str], dict[int, str]]:
-    """Features and fingerprints of the frames, and index and reason of every one that had to be skipped."""
+def _read(
+    recording: Recording,
+    indices: Sequence[int],
+    front_end: FrontEnd,
+    take: TakePanoramas,
+    *,
+    progress: Progress | None,
+    log: BuildLog,
+) -> tuple[list[str], dict[int, str]]:
+    """Fingerprints of the frames, and index and reason of every one that had to be skipped."""
     skipped = dict[int, str]()
 
     def panorama(frame: Frame) -> tuple[ImageArray, str]:
@@ -189,9 +221,9 @@ def _encode(
     # The threads decode and unwrap; encoding whole stacks here keeps the interpreter out of their way.
     timed = TimedRecording(recording)
     found = (result for _, result in map_frames(timed, panorama, indices, on_skip=on_skip))
-    parts, pictures = [Codes.of(np.empty((0, front_end.dim), dtype=np.float32))], list[str]()
-    while stack := list(islice(found, _STACK)):
-        parts.append(Codes.of(front_end.encoder.encode(np.stack([image for image, _ in stack]))))
+    pictures = list[str]()
+    while stack := list(islice(found, STACK)):
+        take(np.stack([image for image, _ in stack]))
         pictures += [fingerprint for _, fingerprint in stack]
         if progress is not None:
             progress(recording.name, min(len(indices), len(pictures) + len(skipped)), len(indices))
@@ -199,4 +231,4 @@ def _encode(
     decode = timed.load_seconds / default_workers()
     log.seconds["decode"] = log.seconds.get("decode", 0.0) + decode
     log.seconds["features"] = log.seconds.get("features", 0.0) - decode
-    return Codes.joined(parts), pictures, skipped
+    return pictures, skipped
