@@ -17,7 +17,7 @@ def test_json_tells_all(garden):
     assert len(values["deltas"]) == values["slow_features"] > 0
     assert values["feature_dim"] > values["slow_features"]
     assert values["bytes"] == garden.map.stat().st_size
-    assert set(values["seconds"]) == {"decode", "features", "learn", "readout", "total"}
+    assert set(values["seconds"]) == {"decode", "network", "features", "learn", "readout", "total"}
     assert values["seconds"]["total"] >= values["seconds"]["learn"] > 0
     assert values["skipped"] == []
     assert (values["stationary"], values["without_position"]) == (0, 0)
@@ -108,3 +108,30 @@ def test_wrong_usage(andante, arguments):
     assert answer.exit_code == 2
     assert answer.stdout == ""
     assert "Usage: " in answer.stderr
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "within_m"), [("--features", "pixels", 0.2), ("--preset", "thesis-pixels", 1.0)]
+)
+def test_raw_images_from_drives_to_figures(garden, andante, tmp_path, option, value, within_m):
+    path = tmp_path / "m.andante"
+    answer = andante("map", garden.monday, garden.tuesday, "-o", path, option, value, "--json")
+    assert answer.exit_code == 0, answer.stderr
+    assert answer.json["seconds"]["network"] > 0
+    told = andante("info", path, "--json").json
+    assert (told["features"], told["heading_invariant"]) == ("pixels", False)
+    assert told["config"]["network"]["depth"] == (3 if option == "--features" else 4)
+    assert andante("localize", path, garden.sunday, "--json").exit_code == 0
+    figures = andante("evaluate", path, garden.sunday, "--baselines", "--json").json
+    assert figures["median_m"] < within_m
+    assert andante("update", path, garden.sunday, "--json", "--force").json["frames"] == 120
+
+
+def test_cameras_too_small_for_a_network(andante, fails, tmp_path, write_drive):
+    from andante.data import CameraSpec
+
+    drive = write_drive(tmp_path / "drive", camera=CameraSpec(model="perspective"))
+    config = tmp_path / "c.toml"
+    config.write_text("[panorama]\nwidth_px = 64\nheight_px = 32\n")
+    answer = andante("map", drive, "-o", tmp_path / "m", "--features", "pixels", "--config", config)
+    fails(answer, "at least 96x60 px, this camera gives 64x32; take features of kind flat")

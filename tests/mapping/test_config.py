@@ -12,7 +12,11 @@ from andante.mapping import MapConfig
 @pytest.mark.parametrize(
     ("values", "key", "allowed"),
     [
-        ({"sede": 1}, "sede", "calibration, drift, features, learning, memory, panorama, positions, readout, seed"),
+        (
+            {"sede": 1},
+            "sede",
+            "calibration, drift, features, learning, memory, network, panorama, positions, readout, seed",
+        ),
         ({"panorama": {"width": 1}}, "panorama.width", "height_px, max_deg, min_deg, width_px"),
         ({"features": {"type": 1}}, "features.type", "deviation_floor, gradient_floor, kind"),
         ({"learning": {"slow": 1}}, "learning.slow", "density_corrected, edge_ridge, expansion, invariance, order"),
@@ -23,6 +27,16 @@ from andante.mapping import MapConfig
         ),
         ({"calibration": {"alpha": 1}}, "calibration.alpha", "block_m, coverage, folds"),
         ({"memory": {"frames": 1}}, "memory.frames", "keep, max_frames"),
+        (
+            {"network": {"turns": 2}},
+            "network.turns",
+            "depth, deviation_floor, layers, neighbours, residual, ridge, wrap",
+        ),
+        (
+            {"network": {"layers": [{"output_dim": 3, "outputs": 4}]}},
+            r"network\.layers\.0\.outputs",
+            "clip, field, noise, output_dim, reduced_dim, stride",
+        ),
     ],
 )
 def test_unknown_keys_are_named_with_what_is_allowed(values, key, allowed):
@@ -45,6 +59,9 @@ def test_unknown_keys_are_named_with_what_is_allowed(values, key, allowed):
             {"memory": {"max_frames": 99}},
             "memory.max_frames = 99 is not allowed: input should be greater than or equal",
         ),
+        ({"network": {"layers": []}}, r"network\.layers = \[\] is not allowed: tuple should have at least 1 item"),
+        ({"network": {"layers": [{}]}}, r"network\.layers\.0\.output_dim = {} is not allowed: field required"),
+        ({"network": {"residual": 1.0}}, r"network\.residual = 1.0 is not allowed: input should be less than 1"),
         ({"memory": {"keep": "perhaps"}}, "memory.keep = 'perhaps' is not allowed"),
         ({"calibration": {"coverage": 1.0}}, "calibration.coverage = 1.0 is not allowed: input should be less than 1"),
         ({"readout": {"degree": 5}}, "readout.degree = 5 is not allowed"),
@@ -79,7 +96,7 @@ def test_a_config_is_frozen():
         MapConfig().learning.slow_features = 3
 
 
-@pytest.mark.parametrize("config", [MapConfig(), MapConfig.thesis()])
+@pytest.mark.parametrize("config", [MapConfig(), MapConfig.thesis(), MapConfig.thesis_pixels()])
 def test_plain_values_and_back(config):
     assert MapConfig.checked(json.loads(json.dumps(config.model_dump(mode="json")))) == config
 
@@ -129,3 +146,24 @@ def test_the_thesis_settings():
         8,
     )
     assert config.readout.kind == "polynomial"
+
+
+def test_the_thesis_settings_for_raw_images():
+    config = MapConfig.thesis_pixels()
+    geometry = config.panorama.geometry("pixels")
+    assert (geometry.width_px, geometry.height_px, geometry.min_deg, geometry.max_deg) == (600, 60, 5.0, 50.0)
+    assert [layer.output_dim for layer in config.network.layers] == [12, 14, 16, 8]
+    assert (config.network.depth, config.network.residual, config.network.wrap) == (4, 0.0, False)
+    assert (config.learning.expansion, config.learning.slow_features, config.readout.kind) == (
+        "linear",
+        8,
+        "polynomial",
+    )
+
+
+def test_panoramas_are_larger_for_a_network_unless_declared():
+    plain = MapConfig().panorama
+    assert (plain.geometry("fourier").width_px, plain.geometry("pixels").width_px) == (300, 600)
+    wide = MapConfig.checked({"panorama": {"width_px": 400}}).panorama
+    assert [wide.geometry(kind).width_px for kind in ("auto", "pixels")] == [400, 400]
+    assert wide.geometry("pixels").height_px == 60

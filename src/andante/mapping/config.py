@@ -30,8 +30,8 @@ class _Frozen(BaseModel):
 class PanoramaConfig(_Frozen):
     """Size and elevation range of the panorama; a source that is smaller is never enlarged.
 
-    What is ``None`` depends on the features: 300 x 24 px at 3 to 35 degrees, for pixels 600 x 60 at 5 to 50 (thesis
-    5.1).
+    What is ``None`` depends on the features: 300 x 24 px, for pixels 600 x 60 as in thesis 5.1, at 3 to 35 degrees.
+    (The thesis looks from 5 to 50; the sky up there leads a network astray when the weather changes.)
     """
 
     width_px: Annotated[int, Field(ge=8, le=4096)] | None = None
@@ -41,8 +41,11 @@ class PanoramaConfig(_Frozen):
 
     def geometry(self, kind: FeatureKind) -> PanoramaGeometry:
         """With nothing left open, for features of a kind."""
-        defaults = PanoramaGeometry(600, 60, 5.0, 50.0) if kind == "pixels" else PanoramaGeometry(300, 24, 3.0, 35.0)
-        return replace(defaults, **self.model_dump(exclude_none=True))
+        width, height = (600, 60) if kind == "pixels" else (300, 24)
+        return replace(PanoramaGeometry(width, height, 3.0, 35.0), **self.model_dump(exclude_none=True))
+
+
+_THESIS_PANORAMA = PanoramaConfig(width_px=600, height_px=60, min_deg=5.0, max_deg=50.0)
 
 
 class FeatureConfig(_Frozen):
@@ -200,7 +203,7 @@ class MapConfig(_Frozen):
         combinations, and the polynomial of those goes astray by kilometres.
         """
         return cls(
-            panorama=PanoramaConfig(width_px=600, height_px=60, min_deg=5.0, max_deg=50.0),
+            panorama=_THESIS_PANORAMA,
             features=FeatureConfig(kind="fourier", n_frequencies=15, normalise=False, orientations=0, unit=False),
             learning=LearningConfig(
                 order="restructured",
@@ -221,6 +224,7 @@ class MapConfig(_Frozen):
         sees no difference. Ridge and residual are not in the thesis, nor do its receptive fields cross the seam.
         """
         return cls(
+            panorama=_THESIS_PANORAMA,
             features=FeatureConfig(kind="pixels"),
             network=NetworkConfig(depth=4, residual=0.0, wrap=False),
             learning=LearningConfig(order="restructured", slow_features=8, pca_components=0, edge_ridge=0.0),

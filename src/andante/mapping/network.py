@@ -6,6 +6,7 @@ camera already, so a file holds the nodes alone.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -49,9 +50,9 @@ def require_room(config: NetworkConfig, front_end: FrontEnd) -> None:
 def least_shape(layers: tuple[Layer, ...], *, wrap: bool) -> tuple[int, int]:
     """The smallest (height, width) of a picture in which every layer has room for one receptive field."""
     height = width = 1
-    for layer in reversed(layers):
-        # A field that is all of the map below is content with one node of it.
-        field, stride = layer.field or (1, 1), layer.stride
+    for layer, channels in reversed(list(zip(layers, (1, *(one.output_dim for one in layers)), strict=False))):
+        # A field that is all of the map below needs as many nodes of it as give the signals to reduce.
+        field, stride = layer.field or (math.ceil(layer.reduced_dim / channels), 1), layer.stride
         height = (height - 1) * stride[1] + field[1]
         # Around a circle there is a field every stride, however far it reaches.
         around = max(field[0] + 1, width * stride[0])
