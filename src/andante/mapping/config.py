@@ -225,7 +225,7 @@ class MapConfig(_Frozen):
         """
         return cls(
             panorama=_THESIS_PANORAMA,
-            features=FeatureConfig(kind="pixels"),
+            features=FeatureConfig(kind="pixels", unit=False),
             network=NetworkConfig(depth=4, residual=0.0, wrap=False),
             learning=LearningConfig(order="restructured", slow_features=8, pca_components=0, edge_ridge=0.0),
             readout=ReadoutConfig(kind="polynomial"),

@@ -36,7 +36,7 @@ def make_encoder(
                 "features of kind pixels come from a network that was not learnt yet: build_map learns it, and "
                 "slowmap.front_end carries it"
             )
-        return NetworkEncoder(network)
+        return NetworkEncoder(network, config.unit)
     if kind == "flat":
         return PixelEncoder(height, width, config.normalise, config.window_share, config.deviation_floor, wrap)
     values = config.model_dump(exclude={"kind"})
