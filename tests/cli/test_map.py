@@ -120,7 +120,7 @@ def test_raw_images_from_drives_to_figures(garden, andante, tmp_path, option, va
     assert answer.json["seconds"]["network"] > 0
     told = andante("info", path, "--json").json
     assert (told["features"], told["heading_invariant"]) == ("pixels", False)
-    assert told["config"]["network"]["depth"] == (3 if option == "--features" else 4)
+    assert told["config"]["network"]["depth"] == (2 if option == "--features" else 4)
     assert andante("localize", path, garden.sunday, "--json").exit_code == 0
     figures = andante("evaluate", path, garden.sunday, "--baselines", "--json").json
     assert figures["median_m"] < within_m
@@ -132,6 +132,6 @@ def test_cameras_too_small_for_a_network(andante, fails, tmp_path, write_drive):
 
     drive = write_drive(tmp_path / "drive", camera=CameraSpec(model="perspective"))
     config = tmp_path / "c.toml"
-    config.write_text("[panorama]\nwidth_px = 64\nheight_px = 32\n")
+    config.write_text("[panorama]\nwidth_px = 64\nheight_px = 20\n")
     answer = andante("map", drive, "-o", tmp_path / "m", "--features", "pixels", "--config", config)
-    fails(answer, "at least 96x60 px, this camera gives 64x32; take features of kind flat")
+    fails(answer, "at least 36x24 px, this camera gives 64x20; take features of kind flat")

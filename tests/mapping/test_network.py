@@ -166,8 +166,9 @@ def test_the_least_picture_has_room_and_a_smaller_one_has_not(layers, wrap):
 def test_pictures_that_are_too_small_are_refused_with_a_way_out():
     perspective = pixels(CameraSpec(model="perspective"), (32, 64))
     with pytest.raises(ConfigError, match=r"at least 96x60 px, this camera gives 64x32; take features of kind flat"):
-        require_room(NetworkConfig(), perspective)
-    require_room(NetworkConfig(), pixels(CameraSpec(model="perspective"), (60, 96)))
+        require_room(NetworkConfig(depth=3), perspective)
+    require_room(NetworkConfig(), perspective)
+    require_room(NetworkConfig(depth=3), pixels(CameraSpec(model="perspective"), (60, 96)))
     require_room(NetworkConfig(), pixels(CameraSpec(model="panorama"), (60, 600)))
 
 

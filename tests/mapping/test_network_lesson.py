@@ -137,7 +137,7 @@ def test_frames_of_many_drives_have_a_bounded_number_of_edges(days, friday, gard
 
 
 def test_small_pictures_are_refused_before_they_are_read(days):
-    with pytest.raises(ConfigError, match="at least 72x60 px, this camera gives 120x12; take features of kind flat"):
+    with pytest.raises(ConfigError, match="at least 30x24 px, this camera gives 120x12; take features of kind flat"):
         build_map(days, MapConfig().with_values({"features": {"kind": "pixels"}}))
 
 

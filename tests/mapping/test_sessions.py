@@ -70,7 +70,7 @@ def test_a_picture_gives_the_same_codes_whatever_else_is_there(garden, days, enc
     np.testing.assert_array_equal(few.codes.scale, whole.codes.scale[[7, 20, 59]])
     pictures = [days[0].load(info) for info in days[0].infos]
     reversed_day = copied(days[0], images=pictures[::-1])
-    monkeypatch.setattr(sessions_module, "_STACK", 5)
+    monkeypatch.setattr(sessions_module, "STACK", 5)
     backwards = encode(reversed_day)
     np.testing.assert_array_equal(backwards.codes.codes, whole.codes.codes[::-1])
     np.testing.assert_array_equal(backwards.codes.scale, whole.codes.scale[::-1])

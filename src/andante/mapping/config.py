@@ -82,10 +82,10 @@ class NetworkConfig(_Frozen):
     """The hierarchical network behind features of kind pixels (thesis 5.1.1), learnt with the map.
 
     The first ``depth`` of ``layers`` (by default those of table 5.1) are learnt, and what the last of them puts out at
-    all its positions are the features: those of three layers keep where things are, the eight outputs of all four are
-    slow features themselves. ``residual`` is the share of a node's outputs that carry on what the slow ones leave
-    unsaid, ``deviation_floor`` that of the patch normalisation. With ``wrap`` receptive fields cross the seam of the
-    panorama; ``None`` means that they do where the camera looks all around.
+    all its positions are the features. Two layers tell most (2,100 numbers a panorama of 600 x 60), three are compact
+    (256), the eight outputs of all four are slow features themselves. ``residual`` is the share of a node's outputs
+    that carry on what the slow ones leave unsaid, ``deviation_floor`` that of the patch normalisation. With ``wrap``
+    receptive fields cross the seam of the panorama; ``None`` means that they do where the camera looks all around.
 
     Learning is along edges in the order of ``learning.order``; with places, each picture is joined with the next one
     and with about ``neighbours`` of other drives.
@@ -95,11 +95,11 @@ class NetworkConfig(_Frozen):
         LayerConfig(output_dim=one.output_dim, field=one.field, stride=one.stride, reduced_dim=one.reduced_dim)
         for one in PANORAMA_LAYERS
     )
-    depth: Count = 3
-    residual: Annotated[float, Field(ge=0, lt=1)] = 0.75
+    depth: Count = 2
+    residual: Annotated[float, Field(ge=0, lt=1)] = 0.5
     wrap: bool | None = None
-    deviation_floor: Annotated[float, Field(ge=0)] = 20.0
-    ridge: Annotated[float, Field(ge=0)] = 0.0
+    deviation_floor: Annotated[float, Field(ge=0)] = 10.0
+    ridge: Annotated[float, Field(ge=0)] = 0.03
     neighbours: Annotated[int, Field(ge=0, le=32)] = 1
 
 
@@ -221,12 +221,12 @@ class MapConfig(_Frozen):
         """The thesis' choices for raw images (5.1.1, table 5.1): eight outputs of the whole network, one polynomial.
 
         The outputs are slow features already, so what is learnt of them is linear and keeps all eight; a polynomial
-        sees no difference. Ridge and residual are not in the thesis, nor do its receptive fields cross the seam.
+        sees no difference. The thesis knows no ridge and no residual, and its receptive fields do not cross the seam.
         """
         return cls(
             panorama=_THESIS_PANORAMA,
             features=FeatureConfig(kind="pixels", unit=False),
-            network=NetworkConfig(depth=4, residual=0.0, wrap=False),
+            network=NetworkConfig(depth=4, residual=0.0, wrap=False, deviation_floor=20.0, ridge=0.0),
             learning=LearningConfig(order="restructured", slow_features=8, pca_components=0, edge_ridge=0.0),
             readout=ReadoutConfig(kind="polynomial"),
         )

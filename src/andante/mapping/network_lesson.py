@@ -127,7 +127,7 @@ def _one_bar(progress: Progress | None, layers: int) -> Progress | None:
 def _encoded(
     panoramas: SpooledMaps, sessions: Sequence[MappedSession], front_end: FrontEnd, progress: Progress | None
 ) -> list[MappedSession]:
-    """Each drive in the same stacks as ``encode_session`` takes, so that it gives the very same codes."""
+    """The drives with the codes that ``encode_session`` would give them."""
     start, encoded = 0, list[MappedSession]()
     for session in sessions:
         stop, parts = start + len(session), list[Codes]()
