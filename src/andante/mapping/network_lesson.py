@@ -24,6 +24,7 @@ from andante.protocols import Recording
 from andante.sequences import place_edges, temporal_edges
 from andante.sfa import HierarchicalModel, HierarchicalSFA
 from andante.sfa.map_store import SpooledMaps
+from andante.sfa.pictures import Pictures
 
 _BATCH = 64
 
@@ -51,8 +52,13 @@ def encode_with_network(
 
     drives = [read_session(one, front_end, positions, config, keep, progress=progress, log=log) for one in recordings]
     require_distinct(drives)
+
+    def batches() -> Iterator[ImageArray]:
+        for start in range(0, len(panoramas), _BATCH):
+            yield panoramas.take(np.arange(start, min(start + _BATCH, len(panoramas))))[:, 0]
+
     with log.timed("network"):
-        taught = front_end.with_network(_learnt(panoramas, drives, front_end, config, progress))
+        taught = front_end.with_network(learn_network(batches, drives, front_end, config, progress))
     with log.timed("features"):
         return taught, _encoded(panoramas, drives, taught, progress)
 
@@ -86,27 +92,23 @@ def _across(ground: Ground, neighbours: int) -> Edges:
     return Edges(near.first[across], near.second[across], near.weight[across])
 
 
-def _learnt(
-    panoramas: SpooledMaps,
+def learn_network(
+    panoramas: Pictures,
     sessions: Sequence[MappedSession],
     front_end: FrontEnd,
     config: MapConfig,
-    progress: Progress | None,
+    progress: Progress | None = None,
 ) -> HierarchicalModel:
+    """The network of grey ``panoramas`` of all frames of ``sessions``, whose codes do not matter."""
     network, edges = config.network, network_edges(sessions, config)
     layers = layers_of(network)
-
-    def batches() -> Iterator[ImageArray]:
-        for start in range(0, len(panoramas), _BATCH):
-            yield panoramas.take(np.arange(start, min(start + _BATCH, len(panoramas))))[:, 0]
-
     student = HierarchicalSFA(
         layers,
         wrap=crosses_seam(network, front_end),
         deviation_floor=network.deviation_floor,
         ridge=network.ridge,
     )
-    student.fit(batches, edges=edges, progress=_one_bar(progress, len(layers)))
+    student.fit(panoramas, edges=edges, progress=_one_bar(progress, len(layers)))
     return as_stored(student.model_)
 
 

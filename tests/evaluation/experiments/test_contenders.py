@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from andante.evaluation.experiments.cache import rendered
-from andante.evaluation.experiments.contenders import fit_odometry
+from andante.evaluation.experiments.contenders import PIXELS, THESIS_PIXELS, fit_odometry
 from andante.evaluation.experiments.drives import encode, front_end_of
 from andante.mapping import MapConfig
 
@@ -29,3 +29,17 @@ def test_odometry_alone_is_laid_over_the_truth_by_a_rigid_motion(drives):
     moved = fit_odometry(front_end, turned, MapConfig()).locate(third.features)
     np.testing.assert_allclose(moved, plain @ turn.T + [5.0, 3.0], atol=1e-9)
     assert np.median(np.linalg.norm(plain - third.xy, axis=1)) < 1.0
+
+
+@pytest.mark.parametrize(("contender", "within_m"), [(PIXELS, 1.0), (THESIS_PIXELS, 20.0)])
+def test_a_network_is_learnt_from_the_drives_that_are_mapped(cache, years, contender, within_m):
+    recordings = list(rendered(years, cache).values())
+    front_end = front_end_of(recordings[0], contender.config)
+    first, second, third = (encode(one, front_end, contender.config) for one in recordings)
+    assert (first.features.dtype, first.features.shape) == (np.uint8, (70, 60, 600))
+    fitted = contender.fit(front_end, [first, second], contender.config)
+    assert front_end.lacks_network  # every trial learns its own
+    found = fitted.locate(third.features)
+    assert found.shape == (70, 2)
+    assert np.median(np.linalg.norm(found - third.xy, axis=1)) < within_m
+    assert fitted.bytes > 1000

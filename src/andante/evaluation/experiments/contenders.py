@@ -13,15 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andante.baselines import NearestNeighbours
-from andante.data import FloatArray
+from andante.data import FloatArray, ImageArray
 from andante.evaluation.alignment import fit_rigid
 from andante.evaluation.experiments.drives import EncodedDrive
 from andante.mapping import FrontEnd, MapConfig, SlowMap, learn_map
+from andante.mapping.codes import Codes
+from andante.mapping.config import FeatureConfig
+from andante.mapping.network_lesson import learn_network
 from andante.mapping.odometry import in_one_frame
 from andante.mapping.readout import fit_readout
 
-Locate = Callable[[NDArray[np.float32]], FloatArray]
-"""Features (n, d) -> positions (n, 2), the best hypothesis for every frame."""
+Locate = Callable[[NDArray[Any]], FloatArray]
+"""Features of a drive (see ``EncodedDrive``) -> positions (n, 2), the best hypothesis for every frame."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,19 @@ def fit_map(front_end: FrontEnd, drives: Sequence[EncodedDrive], config: MapConf
 
     def locate(features: NDArray[np.float32]) -> FloatArray:
         return slowmap.readout.locate(slowmap.model.transform(features)).xy
+
+    return Fitted(locate, _file_bytes(slowmap))
+
+
+def fit_network(front_end: FrontEnd, drives: Sequence[EncodedDrive], config: MapConfig) -> Fitted:
+    """A map of the drives with a network that is learnt from their panoramas."""
+    sessions = [drive.session for drive in drives]
+    taught = front_end.with_network(learn_network([drive.features for drive in drives], sessions, front_end, config))
+    encoded = [replace(one.session, codes=Codes.of(taught.encoder.encode(one.features))) for one in drives]
+    slowmap = learn_map(encoded, taught, config)
+
+    def locate(panoramas: ImageArray) -> FloatArray:
+        return slowmap.readout.locate(slowmap.model.transform(taught.encoder.encode(panoramas))).xy
 
     return Fitted(locate, _file_bytes(slowmap))
 
@@ -113,12 +129,18 @@ def fit_split(
 ANDANTE = Contender("andante", MapConfig(), fit_map)
 THESIS = Contender("thesis choices (Fourier)", MapConfig.thesis(), fit_map)
 ODOMETRY = Contender("andante, odometry only", MapConfig(), fit_odometry)
+PIXELS = Contender("andante, pixels", MapConfig(features=FeatureConfig(kind="pixels")), fit_network)
+THESIS_PIXELS = Contender("thesis choices (raw images)", MapConfig.thesis_pixels(), fit_network)
 NEAREST = tuple(Contender(f"nearest-{count}", MapConfig(), partial(fit_neighbours, count)) for count in (1, 5))
 CONTENDERS = (ANDANTE, THESIS, *NEAREST)
 """Those that know where the mapped frames were taken, the package's own first."""
 ODOMETRY_NOTE = (
     f"{ODOMETRY.name} knows no true positions: its map is laid over the truth of the mapped drives by one rotation and "
     "translation"
+)
+NETWORK_NOTE = (
+    f"{PIXELS.name} and {THESIS_PIXELS.name} learn a network from the panoramas of the mapped drives in every trial, "
+    "which counts as learning"
 )
 NEAREST_NOTE = "nearest-1 and nearest-5 see the features of andante"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from andante.data import FloatArray, Frame
 from andante.errors import RecordingError
 from andante.mapping import FrontEnd, MapConfig, MappedSession, Progress, encode_session
 from andante.mapping.frontend import camera_and_size
+from andante.mapping.sessions import read_session
 from andante.protocols import Recording
 from andante.recordings import map_frames
 
@@ -19,12 +21,15 @@ from andante.recordings import map_frames
 class EncodedDrive:
     """One drive through one front end: ``session`` as maps learn from it, and ``features`` (n, d) as they come.
 
+    Where features come from a network that every trial has to learn, ``session`` has none, and ``features`` are the
+    grey panoramas (n, height, width) uint8.
+
     ``recording`` is where it came from; its pictures are not read again. Maps remember features in one byte a number;
     localizers are asked with, and neighbours keep, float32.
     """
 
     session: MappedSession = field(repr=False)
-    features: NDArray[np.float32] = field(repr=False)
+    features: NDArray[Any] = field(repr=False)
     recording: Recording
 
     @property
@@ -47,16 +52,19 @@ def encode(
     recording: Recording, front_end: FrontEnd, config: MapConfig, progress: Progress | None = None
 ) -> EncodedDrive:
     """All frames of a drive; raises ``RecordingError`` where one has no position or cannot be read."""
-    total, vectors = len(recording.infos), list[NDArray[np.float32]]()
+    total, vectors = len(recording.infos), list[NDArray[Any]]()
 
-    def features(frame: Frame) -> NDArray[np.float32]:
-        return front_end.features(frame.image)
+    def features(frame: Frame) -> NDArray[Any]:
+        return front_end.grey_panorama(frame.image) if front_end.lacks_network else front_end.features(frame.image)
 
     for _, vector in map_frames(recording, features):
         vectors.append(vector)
         if progress is not None:
             progress(f"read {recording.name}", len(vectors), total)
-    session = encode_session(recording, front_end, "reference", config)
+    if front_end.lacks_network:
+        session = read_session(recording, front_end, "reference", config, lambda panoramas: None)
+    else:
+        session = encode_session(recording, front_end, "reference", config)
     if not len(session) == len(vectors) == total:
         raise RecordingError(f"recording {recording.name!r} lacks pictures or positions; remove it to render it anew")
     return EncodedDrive(session, np.stack(vectors), recording)

@@ -13,9 +13,12 @@ from andante.evaluation.experiments.contenders import (
     ANDANTE,
     CONTENDERS,
     NEAREST_NOTE,
+    NETWORK_NOTE,
     ODOMETRY,
     ODOMETRY_NOTE,
+    PIXELS,
     THESIS,
+    THESIS_PIXELS,
     Contender,
 )
 from andante.evaluation.experiments.outcome import ERROR_COLUMNS, Cell, Outcome, Plot, Table, error_cells
@@ -26,7 +29,7 @@ from andante.simulator import Plan
 
 THESIS_AT_NINE = {"thesis: Fourier": 0.4, "thesis: raw images": 0.5}
 """Mean error in metres with nine sessions mapped (figure 6.10)."""
-_CONTENDERS = (*CONTENDERS, ODOMETRY)
+_CONTENDERS = (*CONTENDERS, PIXELS, THESIS_PIXELS, ODOMETRY)
 _THESIS_SESSIONS = 9
 _PERMUTATIONS = 610  # tells this use of the seed from others; the thesis' figure
 _COLUMNS = ("sessions", *ERROR_COLUMNS, "variance of means [m²]", "learning [s]", "size [kB]")
@@ -156,5 +159,6 @@ def _notes(found: LongTerm) -> tuple[str, ...]:
         f"{len(tested)} different sessions are localized",
         "the means and variances are over permutations, 95 %, max and the share over 1 m over all their frames",
         NEAREST_NOTE,
+        NETWORK_NOTE,
         ODOMETRY_NOTE,
     )
