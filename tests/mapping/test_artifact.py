@@ -26,6 +26,15 @@ KINDS = {
     "local": {},
     "polynomial": {"readout": {"kind": "polynomial", "inputs": 4}},
     "gaussian-process": {"readout": {"kind": "gaussian-process"}},
+    "network": {
+        "features": {"kind": "pixels"},
+        "network": {
+            "layers": [
+                {"output_dim": 6, "field": (12, 6), "stride": (6, 3), "reduced_dim": 8},
+                {"output_dim": 4, "field": (4, 3), "stride": (4, 1), "reduced_dim": 10},
+            ],
+        },
+    },
     "quadratic": {"learning": {"expansion": "quadratic", "slow_features": 6, "reduced_dim": 8}},
 }
 
@@ -367,6 +376,8 @@ def test_arrays_of_other_shapes_and_types_and_none_at_all(files, tmp_path, kind)
             spoilt = np.asarray(fault(array))
             if spoilt.size == 1 and name.startswith("model.quadratic.rank"):
                 continue  # one number is one number, whatever its shape
+            if spoilt.shape == array.shape:
+                continue  # turning a single number changes nothing
             refused(joined(header, others | {name: spoilt}), tmp_path, in_memory=in_memory)
         for dtype in ("f2", "f4", "f8", "i1", "i4", "i8", "u1", "u4", "?", "c8"):
             if array.dtype != np.dtype(dtype) and not (name.startswith(WIDENED) and dtype in HELD_BY_MAPS):
