@@ -376,8 +376,8 @@ def test_arrays_of_other_shapes_and_types_and_none_at_all(files, tmp_path, kind)
             spoilt = np.asarray(fault(array))
             if spoilt.size == 1 and name.startswith("model.quadratic.rank"):
                 continue  # one number is one number, whatever its shape
-            if spoilt.shape == array.shape:
-                continue  # turning a single number changes nothing
+            if np.ascontiguousarray(spoilt).shape == array.shape:
+                continue  # a single number is written as an array of one
             refused(joined(header, others | {name: spoilt}), tmp_path, in_memory=in_memory)
         for dtype in ("f2", "f4", "f8", "i1", "i4", "i8", "u1", "u4", "?", "c8"):
             if array.dtype != np.dtype(dtype) and not (name.startswith(WIDENED) and dtype in HELD_BY_MAPS):
