@@ -28,6 +28,7 @@ from andante.mapping.thinning import thinned_by_place
 PRIOR_CAUTION = 30.0
 """Where nothing is known of other lights and seasons: interpolate only what looks as if mapped just now."""
 _MEDIAN_SAMPLE = 200
+SAME_SUPPORT = 1e-3
 INTERPOLATED = 8
 LEAST_PULL, _UNMOVED = 1e-3, 1e9
 _BLOCK_ROWS = 256
@@ -93,7 +94,9 @@ class LocalReadout:
         positions = self.xy[nearest]
         apart = np.linalg.norm(positions[:, :, None] - positions[:, None], axis=-1)
         together = apart <= self.consensus_m
-        winner = np.where(together, votes[:, None], 0).sum(axis=2).argmax(axis=1)
+        support = np.where(together, votes[:, None], 0).sum(axis=2)
+        # The nearest of those with as much support as any: rounding must not choose between them.
+        winner = (support >= support.max(axis=1, keepdims=True) - SAME_SUPPORT).argmax(axis=1)
         chosen = together[np.arange(len(slow)), winner]
         share = np.where(chosen, votes, 0)
         agreement = share.sum(axis=1)
