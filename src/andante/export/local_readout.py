@@ -11,7 +11,7 @@ from andante.export.graph import Graph
 from andante.export.linear_systems import add_solution
 from andante.export.regressions import LocatedNames
 from andante.mapping.codes import LARGEST_CODE, Codes
-from andante.mapping.readout import INTERPOLATED, LEAST_PULL, LocalReadout
+from andante.mapping.readout import INTERPOLATED, LEAST_PULL, SAME_SUPPORT, LocalReadout
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,9 @@ def _consensus(graph: Graph, around: _Neighbours, readout: LocalReadout) -> str:
     rows, columns = graph.shaped(around.positions, m, 1, 2), graph.shaped(around.positions, 1, m, 2)
     apart = graph("Sqrt", graph.total(graph.square(graph("Sub", rows, columns)), 2))
     together = graph.floats(graph("LessOrEqual", apart, readout.consensus_m))
-    winner = graph("ArgMax", graph("MatMul", together, around.votes), axis=0, keepdims=0)
+    support = graph("MatMul", together, around.votes)
+    least = graph("Sub", graph("ReduceMax", support, axes=[0], keepdims=1), SAME_SUPPORT)
+    winner = graph("ArgMax", graph.floats(graph("GreaterOrEqual", support, least)), axis=0, keepdims=0)
     return graph("Gather", together, winner, axis=0)
 
 

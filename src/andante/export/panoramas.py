@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from andante.camera import FisheyeTable, Shrinking, Unwrapper
 from andante.export.graph import Graph, Value
 
-_BINOMIAL = np.outer((1, 2, 1), (1, 2, 1)).astype(np.float32) / 16
+_FIXED_POINT_STEP_PX = np.float32(1 / 32)
 
 
 def add_panorama(graph: Graph, image: str, unwrapper: Unwrapper) -> str:
@@ -31,27 +31,44 @@ def _looked_up(graph: Graph, image: str, table: FisheyeTable, shape: tuple[int, 
     if table.blur:
         pixels = graph.shaped(graph.floats(picture), 1, 1, height, width)
         padded = graph("Pad", pixels, np.array([0, 0, 1, 1, 0, 0, 1, 1]), mode="reflect")
-        smooth = graph("Conv", padded, _BINOMIAL[None, None], kernel_shape=[3, 3])
+        # Two means over 2 x 2 are one binomial 1-2-1, exact in binary fractions, and here faster than a convolution.
+        smooth = padded
+        for _ in range(2):
+            smooth = graph("AveragePool", smooth, kernel_shape=[2, 2], strides=[1, 1])
         picture = graph.shaped(_rounded_up(graph, smooth), height, width)
-    taps, weights = _bilinear(table, (height, width))
-    pixels = graph.floats(graph("Gather", graph.shaped(picture, -1), taps, axis=0))
-    return _rounded_up(graph, graph.total(graph("Mul", pixels, weights), 0))
+    return _between(graph, picture, table, (height, width))
 
 
-def _bilinear(table: FisheyeTable, shape: tuple[int, int]) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
-    """Which four pixels of a flat picture make each pixel of the panorama, and their weights: (4, H, W) each."""
+def _between(graph: Graph, picture: str, table: FisheyeTable, shape: tuple[int, int]) -> str:
+    """Bilinear interpolation in the order of OpenCV's sums, which decides about the last bit and so about rounding."""
     height, width = shape
-    # OpenCV 4 rounds positions to 1/32 px, OpenCV 5 does not: what it makes of ramps says where it really looks.
-    down, right = np.mgrid[:height, :width].astype(np.float32)
-    x, y = (cv2.remap(ramp, table.x_px, table.y_px, cv2.INTER_LINEAR) for ramp in (right, down))
-    x, y = (np.clip(np.asarray(p, np.float64), 0, size - 1) for p, size in ((x, width), (y, height)))
+    x, y, fixed_point = _positions(table, shape)
     left, above = np.floor(x).astype(np.int32), np.floor(y).astype(np.int32)
-    taps, weights = [], []
-    for dy in (0, 1):
-        for dx in (0, 1):
-            taps.append(np.minimum(above + dy, height - 1) * width + np.minimum(left + dx, width - 1))
-            weights.append((1 - np.abs(y - above - dy)) * (1 - np.abs(x - left - dx)))
-    return np.stack(taps).astype(np.int32), np.stack(weights).astype(np.float32)
+    # Beyond the last pixel weights are zero.
+    right, below = np.minimum(left + 1, width - 1), np.minimum(above + 1, height - 1)
+    taps = np.array([[row * width + column for row in (above, below)] for column in (left, right)])
+    pixels = graph.floats(graph("Gather", graph.shaped(picture, -1), taps, axis=0))
+    rows = _blend(graph, pixels, x - left, axis=0)
+    means = graph.shaped(_blend(graph, rows, y - above, axis=1), *x.shape)
+    return _rounded_up(graph, means) if fixed_point else graph("Round", means)
+
+
+def _blend(graph: Graph, values: str, share: NDArray[np.float32], axis: int) -> str:
+    """Between the first and the second along an axis of two."""
+    first, second = (graph.part(values, at, at + 1, axis) for at in (0, 1))
+    return graph("Add", first, graph("Mul", graph("Sub", second, first), share))
+
+
+def _positions(
+    table: FisheyeTable, shape: tuple[int, int]
+) -> tuple[NDArray[np.float32], NDArray[np.float32], bool]:
+    """Where OpenCV really looks, and whether in fixed point: version 4 rounds to 1/32 px, version 5 does not."""
+    ramp = np.tile(np.arange(shape[1], dtype=np.float32), (shape[0], 1))
+    seen = np.asarray(cv2.remap(ramp, table.x_px, table.y_px, cv2.INTER_LINEAR), np.float32)
+    if np.abs(seen - table.x_px).max() < _FIXED_POINT_STEP_PX / 8:
+        return table.x_px, table.y_px, False
+    x, y = (np.rint(one / _FIXED_POINT_STEP_PX) * _FIXED_POINT_STEP_PX for one in (table.x_px, table.y_px))
+    return x.astype(np.float32), y.astype(np.float32), True
 
 
 def _shrunk(graph: Graph, image: str, shrinking: Shrinking, shape: tuple[int, int]) -> str:
