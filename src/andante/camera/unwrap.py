@@ -140,6 +140,7 @@ class FisheyeTable:
         self.y_px = _positions(y_px, shrink, height >> self.halvings)
 
     def __call__(self, image: ImageArray) -> ImageArray:
+        """Picture -> panorama."""
         for _ in range(self.halvings):
             height, width = image.shape[0] // 2, image.shape[1] // 2
             image = _resized(image[: 2 * height, : 2 * width], height, width)
@@ -168,6 +169,7 @@ class Shrinking:
             self.columns = np.mod(columns[::-1] if spec.mirrored else columns, width)
 
     def __call__(self, image: ImageArray) -> ImageArray:
+        """Picture -> panorama."""
         turned = image.copy() if self.columns is None else image[:, self.columns]
         return turned if self.shape == image.shape[:2] else _resized(turned, *self.shape)
 

@@ -19,7 +19,7 @@ OPSET = 17
 _IR_VERSION = 8
 """The one that came with opset 17; a newer one would shut out older runtimes."""
 
-Value = str | float | NDArray[Any]
+Value = str | float | np.floating[Any] | NDArray[Any]
 """The name of an intermediate result, or a constant."""
 
 
@@ -88,7 +88,7 @@ class Graph:
         """All of it as a checked model."""
         helper = self._onnx.helper
         graph = helper.make_graph(self._nodes, name, self._inputs, self._outputs, self._constants)
-        model = helper.make_model(
+        model: ModelProto = helper.make_model(
             graph,
             producer_name="andante",
             producer_version=producer_version,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from andante.export.graph import Graph
 from andante.features import window_px
@@ -69,11 +70,10 @@ def add_orientation_channels(around: Around, count: int, gradient_floor: float) 
     return graph("Abs", graph("Conv", both, directions, kernel_shape=[1, 1]))
 
 
-def _with_margin(size: int, window: int, *, wrap: bool) -> np.ndarray[tuple[int], np.dtype[np.int32]]:
+def _with_margin(size: int, window: int, *, wrap: bool) -> NDArray[np.int32]:
     """Which of ``size`` pixels stand in a row with its margins: around the circle, or mirrored."""
     margin = window // 2 + 1
     reach = np.arange(-margin, size + margin)
-    if wrap:
-        return np.mod(reach, size).astype(np.int32)
     folded = np.mod(reach, 2 * size)
-    return np.minimum(folded, 2 * size - 1 - folded).astype(np.int32)
+    columns = np.mod(reach, size) if wrap else np.minimum(folded, 2 * size - 1 - folded)
+    return np.asarray(columns, np.int32)

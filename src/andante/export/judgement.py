@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from andante.data import Status
 from andante.export.graph import Graph
@@ -32,7 +33,7 @@ def add_status(graph: Graph, panorama: str, likeness: str, agreement: str, bound
 
 
 def add_known(graph: Graph, values: str, status: str) -> str:
-    """The values where the status has a pose, else NaN: a robot that does not ask for the status must not be sent on."""
+    """The values where the status has a pose, else NaN: who does not ask for the status must not get a pose."""
     return graph("Where", graph("LessOrEqual", status, _code(Status.DEGRADED)), values, np.nan)
 
 
@@ -48,5 +49,5 @@ def _blank(graph: Graph, panorama: str) -> str:
     return graph("Less", deviation, MIN_CONTRAST)
 
 
-def _code(status: Status) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+def _code(status: Status) -> NDArray[np.int64]:
     return np.array([STATUSES.index(status)])

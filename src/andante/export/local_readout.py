@@ -16,11 +16,15 @@ from andante.mapping.readout import INTERPOLATED, LEAST_PULL, SAME_SUPPORT, Loca
 
 @dataclass(frozen=True)
 class _Neighbours:
-    """The m nearest references: squared distances ``d2`` (m,), ``positions`` (m, 2), ``votes`` (m,)."""
+    """The m nearest references: squared distances ``d2`` (m,), ``positions`` (m, 2), ``votes`` (m,).
+
+    ``offset`` (few, k) is where the first few lie, seen from the image.
+    """
 
     d2: str
     positions: str
     votes: str
+    offset: str
 
 
 def add_local(graph: Graph, slow: str, readout: LocalReadout) -> LocatedNames:
@@ -34,13 +38,12 @@ def add_local(graph: Graph, slow: str, readout: LocalReadout) -> LocatedNames:
     nearest = graph.part(order, 0, readout.neighbours)
     d2 = graph.part(ascending, 0, readout.neighbours)
     positions = graph("Gather", (readout.xy - origin).astype(np.float32), nearest, axis=0)
-    around = _Neighbours(d2, positions, _votes(graph, d2, readout))
+    few = graph("Gather", references, graph.part(order, 0, min(INTERPOLATED, readout.neighbours)), axis=0)
+    around = _Neighbours(d2, positions, _votes(graph, d2, readout), graph("Sub", few, query))
     chosen = _consensus(graph, around, readout)
     share = graph("Mul", around.votes, chosen)
     agreement = graph.total(share, 0, keep=True)
-    few = graph.part(nearest, 0, INTERPOLATED)
-    offset = graph("Sub", graph("Gather", references, few, axis=0), query)
-    weights = _interpolated(graph, offset, chosen, graph("Div", share, agreement), graph.part(d2, 0, 1), readout)
+    weights = _interpolated(graph, around, chosen, graph("Div", share, agreement), readout)
     centred = graph("MatMul", weights, positions)
     usual = graph("Max", _median(graph, ascending, len(readout.codes)), np.finfo(np.float32).tiny)
     likeness = graph("Clip", graph("Sub", 1.0, graph("Div", graph.part(d2, 0, 1), usual)), 0.0, 1.0)
@@ -87,18 +90,19 @@ def _consensus(graph: Graph, around: _Neighbours, readout: LocalReadout) -> str:
     return graph("Gather", together, winner, axis=0)
 
 
-def _interpolated(graph: Graph, offset: str, chosen: str, votes: str, d1: str, readout: LocalReadout) -> str:
+def _interpolated(graph: Graph, around: _Neighbours, chosen: str, votes: str, readout: LocalReadout) -> str:
     """Weights (m,) that place an image between its references; see ``LocalReadout._interpolated``."""
     m, few = readout.neighbours, min(INTERPOLATED, readout.neighbours)
     held, taken = graph.part(votes, 0, few), graph.part(chosen, 0, few)
-    gram = graph("MatMul", offset, graph("Transpose", offset, perm=[1, 0]))
+    gram = graph("MatMul", around.offset, graph("Transpose", around.offset, perm=[1, 0]))
     both = graph("Mul", graph.shaped(taken, few, 1), taken)
     own = graph.total(graph("Mul", gram, np.eye(few)), 1)
     apart = graph("Sub", graph("Add", graph.shaped(own, few, 1), own), graph("Mul", gram, 2.0))
     pairs = graph("Sub", graph.total(both, 0, 1), graph.total(taken, 0))
     gap = graph("Div", graph.total(graph("Mul", both, apart), 0, 1), graph("Max", pairs, 1.0))
     gap = graph("Max", gap, 1e-9 * readout.typical)
-    pull = graph("Max", graph("Div", graph("Mul", graph.square(d1), readout.caution), gap), graph("Mul", gap, LEAST_PULL))
+    foreign = graph("Div", graph("Mul", graph.square(graph.part(around.d2, 0, 1)), readout.caution), gap)
+    pull = graph("Max", foreign, graph("Mul", gap, LEAST_PULL))
     # What was not chosen stands alone with a one on the diagonal, so its weight is its vote of zero.
     diagonal = graph("Where", graph("Greater", taken, 0.5), pull, 1.0)
     matrix = graph("Add", graph("Mul", gram, both), graph("Mul", np.eye(few), diagonal))

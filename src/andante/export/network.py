@@ -16,7 +16,9 @@ from andante.sfa.shared_node import SharedNode
 def add_network(graph: Graph, panorama: str, model: HierarchicalModel) -> str:
     """Panorama (height, width) -> outputs (k,) of the last layer."""
     maps = panorama
-    for number, (grid, node) in enumerate(zip(model.grids, nodes_in(model.layers, model.nodes, np.float32), strict=True)):
+    for number, (grid, node) in enumerate(
+        zip(model.grids, nodes_in(model.layers, model.nodes, np.float32), strict=True)
+    ):
         fields = graph("Gather", graph.shaped(maps, -1), _field_table(grid), axis=0)
         if number == 0 and model.deviation_floor is not None:
             fields = _normalised(graph, fields, model.deviation_floor)

@@ -59,9 +59,7 @@ def _blend(graph: Graph, values: str, share: NDArray[np.float32], axis: int) -> 
     return graph("Add", first, graph("Mul", graph("Sub", second, first), share))
 
 
-def _positions(
-    table: FisheyeTable, shape: tuple[int, int]
-) -> tuple[NDArray[np.float32], NDArray[np.float32], bool]:
+def _positions(table: FisheyeTable, shape: tuple[int, int]) -> tuple[NDArray[np.float32], NDArray[np.float32], bool]:
     """Where OpenCV really looks, and whether in fixed point: version 4 rounds to 1/32 px, version 5 does not."""
     ramp = np.tile(np.arange(shape[1], dtype=np.float32), (shape[0], 1))
     seen = np.asarray(cv2.remap(ramp, table.x_px, table.y_px, cv2.INTER_LINEAR), np.float32)
