@@ -25,6 +25,20 @@ def test_outputs_of_all_or_the_first_layers(model):
         np.testing.assert_allclose(encoder.encode(panoramas[2]), many[2], atol=1e-4)
 
 
+def test_unit_length_whatever_the_contrast(model):
+    panoramas = np.random.default_rng(1).integers(0, 255, (4, 8, 16)).astype(np.uint8)
+    plain, unit = NetworkEncoder(model).encode(panoramas), NetworkEncoder(model, unit=True).encode(panoramas)
+    np.testing.assert_allclose(np.linalg.norm(unit, axis=1), 1, atol=1e-6)
+    np.testing.assert_allclose(plain / np.linalg.norm(plain, axis=1, keepdims=True), unit, atol=1e-6)
+    np.testing.assert_allclose(NetworkEncoder(model, unit=True).encode(panoramas[2]), unit[2], atol=1e-4)
+
+
+def test_encoders_are_alike_by_their_network(model):
+    assert NetworkEncoder(model) == NetworkEncoder(model)
+    assert NetworkEncoder(model) != NetworkEncoder(model, unit=True)
+    assert NetworkEncoder(model) != NetworkEncoder(model.first(1))
+
+
 def test_other_pictures_are_refused(model):
     for wrong in (np.zeros((8, 15), np.uint8), np.zeros((8, 16)), np.zeros(128, np.uint8)):
         with pytest.raises(ConfigError, match=r"grey uint8 panoramas \(8, 16\), one or a stack of them"):

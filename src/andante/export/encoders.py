@@ -20,10 +20,11 @@ def add_encoder(graph: Graph, panorama: str, encoder: Encoder) -> str:
     if isinstance(encoder, PixelEncoder):
         return _pixels(graph, panorama, encoder)
     if isinstance(encoder, NetworkEncoder):
-        return add_network(graph, panorama, encoder.model)
+        outputs = add_network(graph, panorama, encoder.model)
+        return _unit_length(graph, outputs) if encoder.unit else outputs
     raise ConfigError(
         f"a map with the encoder {type(encoder).__name__} cannot be exported; FourierEncoder, PixelEncoder and "
-        "NetworkEncoder can: build the map with features.kind fourier or pixels"
+        "NetworkEncoder can: build the map with the features of one of them"
     )
 
 

@@ -79,7 +79,8 @@ def _shrunk(graph: Graph, image: str, shrinking: Shrinking, shape: tuple[int, in
     times = [old // new if old % new == 0 else 0 for old, new in zip(shape, shrinking.shape, strict=True)]
     whole = all(times)
     rows, columns = (_areas(*sizes, whole=whole) for sizes in zip(shape, shrinking.shape, strict=True))
-    sums = graph("MatMul", graph("MatMul", rows, pixels), columns.T)
+    # Along the rows first, as OpenCV does.
+    sums = graph("MatMul", rows, graph("MatMul", pixels, columns.T))
     if not whole:
         return graph("Round", sums)
     # OpenCV adds whole blocks as integers and divides once; of halves, only those of 2 x 2 are rounded up.

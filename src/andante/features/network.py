@@ -9,18 +9,21 @@ import numpy as np
 from andante.data import ImageArray
 from andante.errors import ConfigError
 from andante.features.illumination import Float32Array
+from andante.features.stack import unit_length
 from andante.sfa import HierarchicalModel
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class NetworkEncoder:
     """Panoramas (height, width) -> outputs (k,) of a hierarchical network, or of its first layers (``model.first``).
 
     The network is learnt, so two encoders are alike only if their networks are; heading matters as the network was
-    taught (``HierarchicalSFA``, turns).
+    taught (``HierarchicalSFA``, turns). With ``unit`` they are brought to unit length: in another light or season all
+    outputs may be larger or smaller together.
     """
 
     model: HierarchicalModel
+    unit: bool = False
 
     @property
     def dim(self) -> int:
@@ -34,4 +37,5 @@ class NetworkEncoder:
                 f"this encoder takes grey uint8 panoramas {self.model.shape}, one or a stack of them, got "
                 f"{panoramas.dtype} of shape {panoramas.shape}; make them with the camera that its network learnt from"
             )
-        return self.model.transform(panoramas).astype(np.float32)
+        outputs = self.model.transform(panoramas).astype(np.float32)
+        return unit_length(outputs.reshape(-1, self.dim)).reshape(outputs.shape) if self.unit else outputs
