@@ -1,5 +1,6 @@
 """Graphs that run: whole exported maps, and pieces of them."""
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -63,6 +64,7 @@ def run_piece() -> Callable[..., np.ndarray]:
 def drives(garden):
     """``drives(fisheye)``: two drives to learn from, long enough for quadratic models, and one in another light."""
 
+    @functools.cache
     def make(fisheye: bool):
         monday = garden.drive(garden.loop(110), fisheye=fisheye)
         tuesday = garden.drive(garden.loop(110, 0.4, 3.05), name="tuesday", fisheye=fisheye, gain=0.7, offset=20)

@@ -35,8 +35,8 @@ def test_features(name, run_piece):
     for seed in range(3):
         image = panorama(seed)
         expected = encoder.encode(image)
-        # Single precision: sums of up to 60 numbers in another order.
-        np.testing.assert_allclose(encoded(run_piece, encoder, image), expected, atol=2e-6 * np.abs(expected).max())
+        # Single precision: a variance is a difference of two numbers 100 times larger, of which five digits remain.
+        np.testing.assert_allclose(encoded(run_piece, encoder, image), expected, atol=2e-5 * np.abs(expected).max())
 
 
 def test_a_black_panorama_has_no_length(run_piece):

@@ -1,5 +1,6 @@
 """What onnxruntime says of an image is what ``SlowMap`` says of it."""
 
+import dataclasses
 import itertools
 
 import numpy as np
@@ -13,6 +14,7 @@ from andante.mapping.located import tempered
 SLOW_TOLERANCE = 3e-5
 # Positions within 8 m. A Gaussian process sums up weights of both signs a thousand times larger: 1 mm measured.
 XY_TOLERANCE_M = {"local": 3e-5, "polynomial": 1e-4, "gaussian-process": 5e-3}
+# Between its points its variance is what is left of one, of which three digits remain.
 COVARIANCE_TOLERANCE_M2 = {"local": 1e-5, "polynomial": 3e-5, "gaussian-process": 3e-4}
 
 
@@ -41,7 +43,8 @@ def test_every_image_of_all_drives(fisheye, readout, expansion, map_of, drives, 
                 np.testing.assert_allclose(
                     found["covariance"], located.covariance[0], atol=COVARIANCE_TOLERANCE_M2[readout]
                 )
-                np.testing.assert_allclose(found["radius"], estimate.radius_m, rtol=1e-2, atol=1e-3)
+                radius_tolerance = 2e-2 if readout == "gaussian-process" else 1e-3
+                np.testing.assert_allclose(found["radius"], estimate.radius_m, atol=radius_tolerance)
             else:
                 assert np.isnan(found["xy"]).all()
 
@@ -66,16 +69,15 @@ def test_a_blank_image_is_lost(small_map, running):
     assert np.isfinite(found["slow"]).all()
 
 
-def test_few_references_and_one_neighbour(map_of, drives, running):
-    for neighbours in (1, 2, 5, 9):
-        slowmap = map_of(readout="local")
-        object.__setattr__(slowmap.readout, "neighbours", neighbours)
-        exported = running(slowmap)
-        for info in drives(False)[2].infos:
-            image = drives(False)[2].load(info)
-            estimate = slowmap.localize(image)
-            if estimate.status.has_pose:
-                np.testing.assert_allclose(exported(image)["xy"], (estimate.x_m, estimate.y_m), atol=1e-4)
+@pytest.mark.parametrize("neighbours", [1, 2, 5, 9])
+def test_fewer_neighbours(neighbours, small_map, drives, running):
+    slowmap = dataclasses.replace(small_map, readout=dataclasses.replace(small_map.readout, neighbours=neighbours))
+    exported, recording = running(slowmap), drives(False)[2]
+    for info in recording.infos:
+        image = recording.load(info)
+        estimate = slowmap.localize(image)
+        if estimate.status.has_pose:
+            np.testing.assert_allclose(exported(image)["xy"], (estimate.x_m, estimate.y_m), atol=1e-4)
 
 
 def test_images_of_another_size(map_of, garden, running):
