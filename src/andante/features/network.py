@@ -37,5 +37,10 @@ class NetworkEncoder:
                 f"this encoder takes grey uint8 panoramas {self.model.shape}, one or a stack of them, got "
                 f"{panoramas.dtype} of shape {panoramas.shape}; make them with the camera that its network learnt from"
             )
-        outputs = self.model.transform(panoramas).astype(np.float32)
-        return unit_length(outputs.reshape(-1, self.dim)).reshape(outputs.shape) if self.unit else outputs
+        # One by one: in a stack the last digits would depend on how many others there are.
+        stack = panoramas.reshape(-1, *self.model.shape)
+        outputs = np.empty((len(stack), self.dim), dtype=np.float32)
+        for row, panorama in zip(outputs, stack, strict=True):
+            row[:] = self.model.transform(panorama)
+        rows = unit_length(outputs) if self.unit else outputs
+        return rows.reshape(*panoramas.shape[:-2], self.dim)
