@@ -97,3 +97,32 @@ def test_which_season_is_missing():
     assert missing_condition({"folds": trial["folds"][:2]}, "m") is None
     assert missing_condition({"folds": trial["folds"][2:]}, "m") is None
     assert held_out_mean({"folds": []}) is None
+
+
+def test_a_refused_drive_leaves_the_map_as_it_was_with_those_before_it(garden, andante, tmp_path, fails):
+    path = tmp_path / "m.andante"
+    andante("map", garden.monday, "-o", path)
+    before = path.read_bytes()
+    fails(andante("update", path, garden.tuesday, garden.monday), "'monday' is in the map already")
+    assert path.read_bytes() == before
+
+
+def test_what_is_replaced_is_kept(garden, andante, tmp_path):
+    path = tmp_path / "m.andante"
+    andante("map", garden.monday, "-o", path)
+    first = path.read_bytes()
+    andante("map", garden.tuesday, "-o", path)
+    andante("merge", path, garden.map, "-o", path, "--force")
+    assert [one["version"] for one in andante("history", path, "--json").json["versions"]] == [1, 2, None]
+    andante("rollback", path, "--to", 1)
+    assert path.read_bytes() == first
+
+
+def test_a_damaged_version_is_told_among_the_others(grown, andante):
+    path, _ = grown
+    version = next((path.parent / f"{path.name}.history").glob("*.andante"))
+    version.write_bytes(version.read_bytes()[:100])
+    answer = andante("history", path, "--json")
+    assert answer.exit_code == 0
+    assert "damaged" in answer.json["versions"][0]["damaged"]
+    assert "damaged" in andante("history", path).stdout

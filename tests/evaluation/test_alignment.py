@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from andante.data import Estimate, FrameInfo, Pose2D, Status
 from andante.evaluation.alignment import Alignment, alignment_of, fit_rigid
 from andante.evaluation.running import LocalizedFrame, Run
+from andante.mapping import Source
 
 
 @given(st.floats(-3, 3), st.floats(-50, 50), st.floats(-50, 50), st.integers(0, 99))
@@ -59,3 +60,31 @@ def test_on_the_estimates_where_the_drives_are_not_at_hand():
 def test_it_says_what_was_done():
     told = str(Alignment(np.pi / 2, (1.0, -2.0), 0.05, "the mapped drives"))
     assert "turn of 90.00 degrees and a shift of (1.000, -2.000) m without scale, fitted on the mapped drives" in told
+
+
+class Session:
+    """What a map remembers of a drive; its recording has been found again, or one in its place."""
+
+    def __init__(self, content: str) -> None:
+        self.xy = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 2.0]])
+        self.number = np.arange(4)
+        self.source = Source("monday", content, 4, "odometry", folder="monday")
+
+
+class Found:
+    def __init__(self, shift: float) -> None:
+        xy = Session("").xy + shift
+        self.infos = [FrameInfo(i, "", float(i), reference=Pose2D(float(x), float(y))) for i, (x, y) in enumerate(xy)]
+
+    def content_hash(self) -> str:
+        return "as mapped"
+
+
+@pytest.mark.parametrize(("content", "source"), [("as mapped", "the mapped drives monday"), ("other", "estimates")])
+def test_only_a_recording_that_is_as_it_was_mapped_tells_the_truth(monkeypatch, content, source):
+    monkeypatch.setattr("andante.evaluation.alignment.open_recording", lambda folder: Found(5.0))
+    slowmap = WithoutMemory()
+    slowmap.memory = (Session(content),)
+    found = alignment_of(slowmap, run_of([(0.0, 0.0), (1.0, 0.0), (0.0, 2.0)], [(1.0, 0.0), (2.0, 0.0), (1.0, 2.0)]))
+    assert source in found.source
+    assert found.translation_m == pytest.approx((5, 5) if content == "as mapped" else (1, 0))

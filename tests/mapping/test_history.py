@@ -1,5 +1,6 @@
 """Versions of a map: nothing is ever lost, half written or swapped, whenever the process dies."""
 
+import dataclasses
 import os
 import signal
 import subprocess
@@ -72,6 +73,53 @@ def test_rolling_back_again_goes_further_back(path, slowmap, next_map):
         roll_back(path)
 
 
+def test_rolling_back_goes_to_what_the_map_was_before(path, slowmap, next_map):
+    """A, then B, back to A, then C: before C the map was A, whatever B was for."""
+    third = dataclasses.replace(slowmap, name="third")
+    first = path.read_bytes()
+    replace_map(next_map, path, expected=digest_of(path))
+    roll_back(path)
+    replace_map(third, path, expected=digest_of(path))
+    roll_back(path)
+    assert path.read_bytes() == first
+
+
+def test_the_predecessor_is_never_among_the_oldest(path, slowmap, next_map):
+    first = path.read_bytes()
+    for number in range(MAX_VERSIONS - 1):
+        replace_map(dataclasses.replace(slowmap, name=f"map{number}", memory=None), path)
+    roll_back(path, 1)
+    replace_map(next_map, path)
+    assert versions_of(path)[-1].path.read_bytes() == first
+
+
+def test_two_processes_take_turns(path, next_map, monkeypatch):
+    """While one changes the map, another waits for the lock and then sees that it has changed."""
+    from andante.mapping import history
+
+    expected, waited = digest_of(path), []
+    monkeypatch.setattr(history, "_wait_for", lambda lock: waited.append(next_map.save(path)))
+    with pytest.raises(MapError, match="changed by someone else meanwhile"):
+        replace_map(next_map, path, expected=expected)
+    assert len(waited) == 1
+
+
+def test_a_new_place_has_no_history(slowmap, tmp_path):
+    assert replace_map(slowmap, tmp_path / "new.andante") == (tmp_path / "new.andante").stat().st_size
+    assert [entry.name for entry in tmp_path.iterdir()] == ["new.andante"]
+
+
+def test_parts_of_killed_processes_are_swept(path, next_map):
+    old = path.parent / f".{path.name}.0123.part"
+    young = path.parent / f".{path.name}.4567.part"
+    for part in (old, young):
+        part.write_bytes(b"half")
+    os.utime(old, (0, 0))
+    replace_map(next_map, path)
+    assert not old.exists()
+    assert young.exists()
+
+
 def test_someone_else_was_faster(path, slowmap, next_map):
     expected = digest_of(path)
     next_map.save(path)
@@ -100,10 +148,8 @@ def test_faults(path, next_map, tmp_path):
 
 
 def test_the_oldest_versions_go(path, slowmap, next_map):
-    from dataclasses import replace
-
     for number in range(MAX_VERSIONS + 3):
-        replace_map(replace(slowmap, name=f"map{number}", memory=None), path, expected=digest_of(path))
+        replace_map(dataclasses.replace(slowmap, name=f"map{number}", memory=None), path, expected=digest_of(path))
     numbers = [version.number for version in versions_of(path)]
     assert len(numbers) == MAX_VERSIONS
     assert numbers[-1] == MAX_VERSIONS + 3

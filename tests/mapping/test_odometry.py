@@ -67,7 +67,7 @@ def test_drives_end_up_in_one_frame(laps, without_truth):
     slowmap = build_map(without_truth, log=log)
     assert slowmap.config.positions == "odometry"
     assert [closing.name for closing in log.closings] == ["a", "b", "c"]
-    assert log.closings[0].kept == 0
+    assert log.closings[0].kept is None
     assert all(closing.kept > 60 for closing in log.closings[1:])
     assert apart_between(slowmap, laps) < 0.1
 
@@ -99,8 +99,10 @@ def test_headings_are_needed(without_truth):
         name="blind",
     )
     with pytest.raises(RecordingError, match="'blind' cannot be placed by its odometry: its headings are unknown"):
-        build_map([blind, without_truth[1]])
-    assert build_map([blind]).config.positions == "odometry"  # alone it needs none
+        build_map([without_truth[1], blind])
+    log = BuildLog()
+    assert build_map([blind], log=log).config.positions == "odometry"  # the first one needs none
+    assert "blind is mapped as its odometry has it, drift and all: its headings are unknown" in log.closings[0].hint
 
 
 def test_one_drive_that_does_not_close_stays_as_it_is(garden):
@@ -115,7 +117,23 @@ def test_one_drive_that_does_not_close_stays_as_it_is(garden):
     log = BuildLog()
     slowmap = build_map([open_ended], log=log)
     assert log.closings[0].heading_error_rad is None
+    assert "drift and all" in log.closings[0].hint
     np.testing.assert_array_equal(slowmap.memory[0].xy, Trajectory.of(open_ended.infos, "odometry").xy_m)
+
+
+def test_an_update_is_a_rebuild_even_where_the_first_drive_is_open(garden, without_truth, tmp_path):
+    whole = without_truth[0]
+    part = MemoryRecording(
+        [whole.load(info) for info in whole.infos[:60]],
+        [info.timestamp_s for info in whole.infos[:60]],
+        whole.camera,
+        odometry=[info.odometry for info in whole.infos[:60]],
+        name="part",
+    )
+    updated, _ = update_map(build_map([part]), without_truth[1])
+    updated.save(tmp_path / "updated.andante")
+    build_map([part, without_truth[1]]).save(tmp_path / "together.andante")
+    assert (tmp_path / "updated.andante").read_bytes() == (tmp_path / "together.andante").read_bytes()
 
 
 def test_earlier_drives_are_not_moved(without_truth):

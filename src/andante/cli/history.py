@@ -13,6 +13,7 @@ from andante.cli.output import examples, hint, print_json, print_table
 from andante.cli.trials import held_out_mean
 
 HISTORY_EPILOG = examples("andante history garden.andante", "andante history garden.andante --json")
+_NO_DRIVES: dict[str, list[str]] = {"recordings": [], "new": []}
 ROLLBACK_EPILOG = examples("andante rollback garden.andante", "andante rollback garden.andante --to 3")
 
 
@@ -52,21 +53,29 @@ def rollback(
 
 
 def _told(path: Path, current: bool, earlier: list[dict[str, Any]]) -> dict[str, Any]:
+    from andante.errors import MapError
     from andante.mapping import SlowMap
 
-    described = SlowMap.load(path).describe()
+    status = path.stat()
+    told: dict[str, Any] = {
+        "written": datetime.fromtimestamp(status.st_mtime, UTC).isoformat(timespec="seconds"),
+        "bytes": status.st_size,
+        "current": current,
+        "damaged": None,
+    }
+    try:
+        described = SlowMap.load(path).describe()
+    except MapError as error:  # the others are all the more needed
+        return {**told, "damaged": str(error), **dict.fromkeys(("frames", "held_out_mean", "unit")), **_NO_DRIVES}
     names = [one["name"] for one in described["recordings"]]
     known = earlier[-1]["recordings"] if earlier else []
-    status = path.stat()
     return {
-        "written": datetime.fromtimestamp(status.st_mtime, UTC).isoformat(timespec="seconds"),
+        **told,
         "recordings": names,
         "new": [name for name in names if name not in known],
         "frames": sum(one["frames"] for one in described["recordings"]),
         "held_out_mean": held_out_mean(described["cross_validation"]),
         "unit": described["unit"],
-        "bytes": status.st_size,
-        "current": current,
     }
 
 
@@ -80,5 +89,5 @@ def _row(row: dict[str, Any]) -> tuple[object, ...]:
         row["frames"],
         None if mean is None else f"{mean:.3f} {row['unit']}",
         round(row["bytes"] / 1e6, 2),
-        "current" if row["current"] else None,
+        "damaged" if row["damaged"] else "current" if row["current"] else None,
     )

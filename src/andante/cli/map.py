@@ -39,7 +39,11 @@ def command(
     output: Annotated[
         Path,
         typer.Option(
-            "--output", "-o", metavar="MAP", show_default=False, help="The map file to write; replaced on success."
+            "--output",
+            "-o",
+            metavar="MAP",
+            show_default=False,
+            help="The map file to write; a map it replaces is kept.",
         ),
     ],
     features: Annotated[
@@ -75,6 +79,7 @@ def command(
 ) -> None:
     """Learn a map from recordings with known positions and write it to one file."""
     from andante.mapping import BuildLog, build_map
+    from andante.mapping.history import replace_map
     from andante.recordings import open_recording
 
     sections = {
@@ -88,7 +93,7 @@ def command(
     started, log = time.perf_counter(), BuildLog()
     with progress_bars() as progress:
         slowmap = build_map([open_recording(one) for one in recordings], resolved, progress=progress, log=log)
-    size = slowmap.save(output)
+    size = replace_map(slowmap, output)
     log.seconds["total"] = time.perf_counter() - started
     summary = {"map": str(output), "bytes": size, **_summary(slowmap, log.seconds)}
     summary |= {"stationary": log.stationary, "without_position": log.without_position}

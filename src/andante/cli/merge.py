@@ -22,13 +22,17 @@ def command(
     ],
     *,
     output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="MAP", show_default=False, help="The map file to write.")
+        Path,
+        typer.Option(
+            "--output", "-o", metavar="MAP", show_default=False, help="The map file to write; what it replaces is kept."
+        ),
     ],
     force: Force = False,
     as_json: AsJson = False,
 ) -> None:
     """Learn one map from all drives of two; drives that are in both count once, those that do not fit are refused."""
     from andante.mapping import SlowMap
+    from andante.mapping.history import replace_map
     from andante.mapping.living import merge_maps
 
     check_place(output, "-o")
@@ -36,7 +40,7 @@ def command(
     with progress_bars() as progress:
         maps = [SlowMap.load(path, with_memory=True) for path in (first, second)]
         slowmap, trials = merge_maps(*maps, force=force, progress=progress)
-    size = slowmap.save(output)
+    size = replace_map(slowmap, output)
     summary = {"map": str(output), "bytes": size, **learnt_summary(slowmap.describe(), list(trials))}
     summary["seconds"] = {"total": time.perf_counter() - started}
     if as_json:

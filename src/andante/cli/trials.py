@@ -38,14 +38,15 @@ def print_closings(closings: Sequence[Mapping[str, Any]]) -> None:
         return
     columns = ("drive", "heading off [deg]", "gap closed [m]", "places agreed", "rejected", "apart [m]")
     print_table("Odometry brought into one frame", columns, [_closing(one) for one in closings])
+    for one in closings:
+        if one["hint"]:
+            hint(one["hint"])
 
 
 def _closing(one: Mapping[str, Any]) -> tuple[object, ...]:
     turned = one["heading_error_rad"]
     degrees_off = None if turned is None else math.degrees(turned)
-    found = one["kept"] or None
-    rejected, apart = (one["rejected"], one["residual_m"]) if found else (None, None)
-    return one["name"], degrees_off, one["position_error_m"], found, rejected, apart
+    return one["name"], degrees_off, one["position_error_m"], one["kept"], one["rejected"], one["residual_m"]
 
 
 def missing_condition(trial: Mapping[str, Any], unit: str) -> str | None:
@@ -66,7 +67,7 @@ def missing_condition(trial: Mapping[str, Any], unit: str) -> str | None:
 
 
 def _conditions(fold: Mapping[str, Any]) -> str | None:
-    """The seasons of a held-out part where they are known, else all its conditions that are short."""
+    """Season, weather, light and time of a held-out part, where its recordings say so."""
     told = []
     for conditions in fold["conditions"]:
         words = {key: value for key, value in conditions.items() if key in {"season", "weather", "light", "time"}}

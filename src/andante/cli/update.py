@@ -38,22 +38,22 @@ def command(
 ) -> None:
     """Learn more drives into a map, as if they had been there from the beginning.
 
-    A drive that would make the map worse (wrong poses, another garden, a robot that stood) is refused and the map stays
-    as it was. The map before is kept: see andante history, andante rollback.
+    Where one of them would make the map worse (wrong poses, another garden, a robot that stood) it is refused, and the
+    map stays as it was. The map before is kept: see andante history, andante rollback.
     """
     from andante.mapping import BuildLog, SlowMap
     from andante.mapping.history import digest_of, replace_map
     from andante.mapping.living import update_map
     from andante.recordings import open_recording
 
-    started, log, trials, size = time.perf_counter(), BuildLog(), list["Trial"](), 0
+    started, log, trials = time.perf_counter(), BuildLog(), list["Trial"]()
+    expected = digest_of(map_file)
+    slowmap = SlowMap.load(map_file, with_memory=True)
     with progress_bars() as progress:
         for one in recordings:
-            expected = digest_of(map_file)
-            before = SlowMap.load(map_file, with_memory=True)
-            slowmap, trial = update_map(before, open_recording(one), force=force, progress=progress, log=log)
-            size = replace_map(slowmap, map_file, expected=expected)
+            slowmap, trial = update_map(slowmap, open_recording(one), force=force, progress=progress, log=log)
             trials.append(trial)
+    size = replace_map(slowmap, map_file, expected=expected)
     log.seconds["total"] = time.perf_counter() - started
     summary = {"map": str(map_file), "bytes": size, **learnt_summary(slowmap.describe(), trials)}
     summary["seconds"] = {
@@ -93,8 +93,8 @@ def print_learnt(summary: dict[str, Any]) -> None:
     }
     print_facts(summary["map"], facts)
     unit = summary["unit"]
-    columns = ("added", "images", "on mapped places", "agreeing", "by chance", f"shift [{unit}]")
-    keys = ("name", "frames", "overlap", "agreeing", "chance", "shift")
+    columns = ("added", "images", "on mapped places", "agreeing", "by chance", f"median off [{unit}]")
+    keys = ("name", "frames", "overlap", "agreeing", "chance", "off")
     print_table("How the new drives fitted", columns, [tuple(one[key] for key in keys) for one in summary["added"]])
     for one in summary["added"]:
         if one["objection"]:

@@ -7,7 +7,6 @@ where their truth is not to be had on the estimates themselves, as is usual for 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +14,7 @@ import numpy as np
 from andante.data import FloatArray, Pose2D, Trajectory
 from andante.errors import RecordingError
 from andante.evaluation.running import LocalizedFrame, Run
-from andante.mapping import SlowMap
+from andante.mapping import MappedSession, SlowMap
 from andante.recordings import open_recording
 
 _FEWEST = 3
@@ -71,7 +70,7 @@ def alignment_of(slowmap: SlowMap, run: Run) -> Alignment | None:
     """
     own = _mapped_pairs(slowmap)
     if own is not None:
-        return fit_rigid(*own, "the mapped drives")
+        return fit_rigid(*own)
     poses = [(frame.estimate, frame.info.reference) for frame in run.frames]
     pairs = [((e.x_m, e.y_m), (r.x_m, r.y_m)) for e, r in poses if e.x_m is not None and r is not None]
     if len(pairs) < _FEWEST:
@@ -96,26 +95,30 @@ def _rotation(angle_rad: float) -> FloatArray:
     return np.array([[cos, -sin], [sin, cos]])
 
 
-def _mapped_pairs(slowmap: SlowMap) -> tuple[FloatArray, FloatArray] | None:
-    """Where the map has its frames and where they truly were, both (n, 2)."""
-    mapped, truth = list[FloatArray](), list[FloatArray]()
+def _mapped_pairs(slowmap: SlowMap) -> tuple[FloatArray, FloatArray, str] | None:
+    """Where the map has its frames and where they truly were, both (n, 2), and which drives that is known of."""
+    mapped, truth, names = list[FloatArray](), list[FloatArray](), list[str]()
     for session in slowmap.memory or ():
-        poses = _true_positions(session.source.folder, session.number.tolist())
+        poses = _true_positions(session)
         if poses is None:
             continue
         known = np.isfinite(poses).all(axis=1)
         mapped.append(session.xy[known])
         truth.append(poses[known])
+        names.append(session.source.name)
     if sum(len(part) for part in mapped) < _FEWEST:
         return None
-    return np.concatenate(mapped), np.concatenate(truth)
+    return np.concatenate(mapped), np.concatenate(truth), f"the mapped drives {', '.join(names)}"
 
 
-def _true_positions(folder: str | None, numbers: Iterable[int]) -> FloatArray | None:
-    if folder is None:
+def _true_positions(session: MappedSession) -> FloatArray | None:
+    """Reference positions (n, 2) of a session, where its recording is found unchanged."""
+    if session.source.folder is None:
         return None
     try:
-        infos = open_recording(folder).infos
-        return Trajectory.of([infos[number] for number in numbers], "reference").xy_m
+        recording = open_recording(session.source.folder)
+        if recording.content_hash() != session.source.content_hash:
+            return None
+        return Trajectory.of([recording.infos[number] for number in session.number.tolist()], "reference").xy_m
     except (RecordingError, IndexError):
         return None

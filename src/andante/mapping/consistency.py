@@ -15,10 +15,12 @@ from andante.mapping.compact import CompactModel
 from andante.mapping.config import MAX_DEGREE
 from andante.mapping.frontend import FrontEnd
 from andante.mapping.located import Readout
-from andante.mapping.memory import Source
+from andante.mapping.memory import Source, rows_of
 from andante.mapping.readout import LocalReadout
 from andante.mapping.regressions import GaussianProcessReadout, PolynomialReadout
 from andante.sfa.arrays import require_names
+
+_FARTHEST = 1e9
 
 
 def check_parts(front_end: FrontEnd, model: CompactModel, readout: Readout) -> None:
@@ -57,6 +59,12 @@ def check_memory(arrays: Mapping[str, NDArray[Any]], sources: Sequence[Source], 
     _expect("memory.xy", arrays["xy"], (n, 2), "f8")
     _expect("memory.heading", arrays["heading"], (n,), "f8")
     _expect("memory.number", arrays["number"], (n,), "i8")
+    for rows in rows_of(sources):
+        number = arrays["number"][rows]
+        if len(number) and (number[0] < 0 or (np.diff(number) <= 0).any()):
+            raise MapError("array memory.number does not count the frames of a drive upwards from 0 or more")
+    if (np.abs(arrays["xy"]) > _FARTHEST).any() or (np.abs(arrays["heading"]) > _FARTHEST).any():
+        raise MapError(f"array memory.xy or memory.heading holds numbers beyond {_FARTHEST:g}")
 
 
 def _check_codes(section: str, codes: Codes, count: int, dim: int) -> None:

@@ -2,7 +2,8 @@
 
 The versions of ``garden.andante`` lie in ``garden.andante.history/`` as ``0001-<hash>.andante``, oldest first, each the
 very file that once was the map. A version is in there before its successor takes its place, and the map itself is only
-ever replaced as a whole: whatever moment the power fails at, there is a complete map under its name.
+ever replaced as a whole: whatever moment a process dies at, there is a complete map under its name. Two processes that
+change one map take turns.
 """
 
 from __future__ import annotations
@@ -11,7 +12,10 @@ import hashlib
 import os
 import re
 import shutil
+import time
 import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,6 +25,8 @@ from andante.mapping.slow_map import SlowMap
 MAX_VERSIONS = 20
 _NAME = re.compile(r"(\d{4,})-([0-9a-f]{16})\.andante")
 _CHUNK = 2**20
+_ABANDONED_S = 3600.0
+"""Parts of files older than this belong to processes that were killed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,17 +63,26 @@ def versions_of(path: str | Path) -> list[Version]:
     return sorted(found, key=lambda version: version.number)
 
 
-def replace_map(slowmap: SlowMap, path: str | Path, *, expected: str) -> int:
-    """Put a new map in the place of the one whose digest is ``expected``, which is kept; gives its size in bytes.
+def replace_map(slowmap: SlowMap, path: str | Path, *, expected: str | None = None) -> int:
+    """Put a map in its place and keep what was there, if anything, as the newest version; gives its size in bytes.
 
-    Raises ``MapError`` where the file is no longer the expected one, as someone else changed it meanwhile, or where the
-    place cannot be written. At most 20 versions are kept, the oldest go.
+    Raises ``MapError`` where the file is no longer the one with the digest ``expected``, as someone else changed it
+    meanwhile, or where the place cannot be written. At most 20 versions are kept, the oldest go.
     """
     path = Path(path)
-    _keep(path, expected)
-    size = slowmap.save(path)
-    for version in versions_of(path)[:-MAX_VERSIONS]:
-        version.path.unlink(missing_ok=True)
+    if expected is None and not path.exists():
+        return slowmap.save(path)
+    with _alone(path):
+        current = digest_of(path)
+        if expected is not None and current != expected:
+            raise MapError(
+                f"map {path} was changed by someone else meanwhile; nothing was written, run the command again"
+            )
+        _keep(path, current)
+        _make_newest(path, current)
+        size = slowmap.save(path)
+        for version in versions_of(path)[:-MAX_VERSIONS]:
+            version.path.unlink(missing_ok=True)
     return size
 
 
@@ -78,7 +93,17 @@ def roll_back(path: str | Path, number: int | None = None) -> Version:
     Raises ``MapError`` where there is no such version or the place cannot be written.
     """
     path = Path(path)
-    current, versions = digest_of(path), versions_of(path)
+    with _alone(path):
+        current, versions = digest_of(path), versions_of(path)
+        version = _wanted(path, versions, current, number)
+        if digest_of(version.path) != version.digest:
+            raise MapError(f"version {version.number} of map {path} is damaged; choose another with --to")
+        _keep(path, current)
+        _copy(version.path, path)
+    return version
+
+
+def _wanted(path: Path, versions: list[Version], current: str, number: int | None) -> Version:
     own = next((version.number for version in reversed(versions) if version.digest == current), None)
     earlier = [version for version in versions if own is None or version.number < own]
     wanted = earlier[-1:] if number is None else [version for version in versions if version.number == number]
@@ -86,33 +111,53 @@ def roll_back(path: str | Path, number: int | None = None) -> Version:
         known = ", ".join(str(version.number) for version in versions) or "none"
         missing = "no earlier version" if number is None else f"no version {number}"
         raise MapError(f"map {path} has {missing}; versions kept: {known}; see: andante history {path}")
-    version = wanted[0]
-    if digest_of(version.path) != version.digest:
-        raise MapError(f"version {version.number} of map {path} is damaged; choose another with --to")
-    _keep(path, current)
-    _copy(version.path, path)
-    return version
+    return wanted[0]
 
 
 def _folder(path: Path) -> Path:
     return path.with_name(f"{path.name}.history")
 
 
-def _keep(path: Path, expected: str) -> None:
+def _keep(path: Path, digest: str) -> None:
     """Make the current file a version, unless it is one already."""
-    current = digest_of(path)
-    if current != expected:
-        raise MapError(f"map {path} was changed by someone else meanwhile; nothing was written, run the command again")
     versions = versions_of(path)
-    if any(version.digest == current for version in versions):
+    if any(version.digest == digest for version in versions):
         return
     number = versions[-1].number + 1 if versions else 1
+    _copy(path, _folder(path) / f"{number:04d}-{digest}.andante")
+
+
+def _make_newest(path: Path, digest: str) -> None:
+    """What is replaced is the version before its successor, even where it came back by rolling back."""
+    versions = versions_of(path)
+    own = next(version for version in versions if version.digest == digest)
+    if own is not versions[-1]:
+        own.path.replace(_folder(path) / f"{versions[-1].number + 1:04d}-{digest}.andante")
+
+
+@contextmanager
+def _alone(path: Path) -> Iterator[None]:
+    """Inside, no other process changes the map or its history; parts that killed ones left behind are gone."""
     folder = _folder(path)
     try:
         folder.mkdir(exist_ok=True)
+        lock = (folder / ".lock").open("ab")
     except OSError as error:
         raise MapError(f"the history of map {path} cannot be written: {error.strerror}; check {folder}") from None
-    _copy(path, folder / f"{number:04d}-{current}.andante")
+    with lock:
+        _wait_for(lock.fileno())
+        for part in (*path.parent.glob(f".{path.name}.*.part"), *folder.glob(".*.part")):
+            if time.time() - part.stat().st_mtime > _ABANDONED_S:
+                part.unlink(missing_ok=True)
+        yield
+
+
+def _wait_for(lock: int) -> None:
+    try:
+        import fcntl
+    except ImportError:  # not on Windows, where whoever comes second may have to run the command again
+        return
+    fcntl.flock(lock, fcntl.LOCK_EX)
 
 
 def _copy(source: Path, target: Path) -> None:

@@ -21,7 +21,8 @@ from andante.sfa import PCA, pca_of_samples
 
 _PCA_SAMPLE = 800
 _LEAST_RADIUS_M = 0.35
-_LEAST_RADIUS_PLACES = 1.5
+_LEAST_RADIUS_PLACES = 2.5
+"""So that a cell of the ground, of which a radius has 2.5, is one place."""
 _APART_RADII = 4
 
 

@@ -33,10 +33,10 @@ from andante.sfa import one_thread
 
 _FEWEST_FRAMES, _FEWEST_PLACES = 10, 5
 _LEAST_AGREEING = 0.5
-_MOST_CONTRADICTING = 0.15
-_LARGEST_SHIFT_RADII = 0.75
+_MOST_CONTRADICTING = 0.08
+_FARTHEST_OFF_RADII = 0.75
 _NEAR_RADII, _FAR_RADII, _CAP_RADII = 2.0, 4.0, 10.0
-_WORSE_BY, _WORSE_RADII = 1.25, 0.1
+_WORSE_BY, _WORSE_RADII = 1.1, 0.02
 _FOLDS = 5
 
 
@@ -44,11 +44,12 @@ _FOLDS = 5
 class Trial:
     """What speaks for a session that is to be added, in metres or places.
 
-    ``overlap`` of its ``frames`` claim to be at most a place ``radius`` from a mapped one, and only these can be judged
-    by the map as it was: ``agreeing`` is the share that it finds near the claimed position (by ``chance`` it would be
-    that many), ``contradicting`` the share that it finds elsewhere without doubt, ``shift`` how far they are off as a
-    whole. ``before`` and ``after`` are the mean errors of the map's own frames, held out and located without and with
-    the new session, each capped at ten radii; ``None`` where the map is too small to hold anything out.
+    ``overlap`` of its ``frames`` claim to be at most a place ``radius`` from a mapped one: ``agreeing`` is the share of
+    these that the map, as it was, finds near the claimed position (by ``chance`` it would be that many), ``off`` the
+    median distance from it of those that claim to be nearest to mapped places. ``contradicting`` is the share of all
+    frames that the map finds elsewhere without doubt. ``before`` and ``after`` are the mean errors of the map's own
+    sessions, held out and located without and with the new one, each capped at ten radii; ``None`` where the map has
+    fewer than two.
     """
 
     name: str
@@ -57,7 +58,7 @@ class Trial:
     agreeing: float
     chance: float
     contradicting: float
-    shift: float
+    off: float
     before: float | None
     after: float | None
     radius: float
@@ -80,8 +81,11 @@ class Trial:
             return (
                 f"the map knows {self.contradicting:.0%} of its images from other places than they claim: wrong poses"
             )
-        if self.shift > _LARGEST_SHIFT_RADII * self.radius:
-            return f"its poses are off by {self.shift:.2f} {self.unit} as a whole: another frame of reference, or drift"
+        if self.off > _FARTHEST_OFF_RADII * self.radius:
+            return (
+                f"its poses are off by {self.off:.2f} {self.unit} in the median: another frame of reference, another "
+                "clock, or drift"
+            )
         if self.before is not None and self.after is not None:
             worst = _WORSE_BY * self.before + _WORSE_RADII * self.radius
             if self.after > worst:
@@ -136,6 +140,8 @@ def merge_maps(
     _require_alike(first, second)
     known = {session.source.content_hash for session in memory}
     new = [session for session in others if session.source.content_hash not in known]
+    for session in new:
+        _require_drive(first, session)
     trials = tuple(_tried(first, memory, session, force=force) for session in new)
     merged = learn_map([*memory, *new], first.front_end, first.asked, name=first.name, progress=progress)
     return merged, trials
@@ -155,10 +161,10 @@ def _require_drive(slowmap: SlowMap, session: MappedSession) -> None:
     if slowmap.learnt_from(session.source.content_hash):
         raise RecordingError(f"recording {session.source.name!r} is in the map already; leave it out")
     places = len(np.unique(np.floor(session.xy / _radius_of(slowmap)), axis=0))
-    if places < _FEWEST_PLACES:
+    if len(session) < _FEWEST_FRAMES or places < _FEWEST_PLACES:
         raise SessionRefusedError(
             f"recording {session.source.name!r} has {len(session)} images of {places} places, at least "
-            f"{_FEWEST_PLACES} places are needed: did the robot stand in its dock? The map stays as it was"
+            f"{_FEWEST_FRAMES} of {_FEWEST_PLACES} are needed: did the robot stand in its dock? The map stays as it was"
         )
 
 
@@ -199,20 +205,22 @@ def _tried(slowmap: SlowMap, memory: Sequence[MappedSession], session: MappedSes
 def _trial_of(slowmap: SlowMap, memory: Sequence[MappedSession], session: MappedSession) -> Trial:
     config, radius = slowmap.config, _radius_of(slowmap)
     mapped = KDTree(np.concatenate([one.xy for one in memory]))
-    overlap = np.asarray(mapped.query(session.xy)[0]) <= radius
-    seen = session.subset(overlap)
-    found, sure = _located(slowmap, seen.codes)
-    offset = found - seen.xy
-    apart = np.linalg.norm(offset, axis=1)
+    beside = np.asarray(mapped.query(session.xy)[0])
+    overlap = beside <= radius
+    found, sure = _located(slowmap, session.codes)
+    apart = np.linalg.norm(found - session.xy, axis=1)
+    near = apart[overlap]
+    # On new ways an image is found at the mapped place beside it: the closer that is, the more it tells.
+    closest = apart[beside <= max(radius / 2, np.partition(beside, _FEWEST_FRAMES - 1)[_FEWEST_FRAMES - 1])]
     before, after = _harm(config, memory, session, radius)
     return Trial(
         name=session.source.name,
         frames=len(session),
-        overlap=len(seen),
-        agreeing=_share(apart <= _NEAR_RADII * radius),
-        chance=_share(cdist(found, seen.xy) <= _NEAR_RADII * radius),
+        overlap=len(near),
+        agreeing=_share(near <= _NEAR_RADII * radius),
+        chance=_share(cdist(found[overlap], session.xy[overlap]) <= _NEAR_RADII * radius),
         contradicting=_share(sure & (apart > _FAR_RADII * radius)),
-        shift=float(np.linalg.norm(np.median(offset, axis=0))) if len(seen) else 0.0,
+        off=float(np.median(closest)),
         before=before,
         after=after,
         radius=radius,
@@ -244,7 +252,12 @@ def _located(slowmap: SlowMap, codes: Codes) -> tuple[FloatArray, NDArray[np.boo
 def _harm(
     config: MapConfig, memory: Sequence[MappedSession], session: MappedSession, radius: float
 ) -> tuple[float | None, float | None]:
-    """Mean capped errors of the mapped frames, held out, without and with a new session; the same frames in both."""
+    """Mean capped errors of the mapped frames, held out, without and with a new session; the same frames in both.
+
+    Blocks of a single session would be found by the new one better than by the rest, whatever its poses.
+    """
+    if len(memory) < 2:
+        return None, None
     sessions = [*memory, session]
     lessons = lessons_of(sessions, Codes.joined([one.codes for one in sessions]), config)
     n = sum(len(one) for one in memory)

@@ -24,28 +24,31 @@ from andante.sequences import DriftNoise, RegisteredSession, SessionReport, regi
 class Closing:
     """How far a drive's odometry was from closing, and how its frames agreed with those of the drives before.
 
-    ``heading_error_rad`` and ``position_error_m`` are ``None`` for a drive that does not close, ``kept`` and
-    ``rejected`` count correspondences with earlier drives, ``residual_m`` is the median distance of those kept.
+    ``heading_error_rad`` and ``position_error_m`` are ``None`` for a drive that does not close; ``kept`` and
+    ``rejected`` count correspondences with earlier drives, ``residual_m`` is the median distance of those kept, all
+    three ``None`` for the first one. ``hint`` says why the first drive was left as its odometry has it, empty where it
+    was not.
     """
 
     name: str
-    heading_error_rad: float | None
-    position_error_m: float | None
-    kept: int
-    rejected: int
-    residual_m: float
+    heading_error_rad: float | None = None
+    position_error_m: float | None = None
+    kept: int | None = None
+    rejected: int | None = None
+    residual_m: float | None = None
+    hint: str = ""
 
     @classmethod
     def of(cls, name: str, report: SessionReport) -> Closing:
         """What is told of a registration."""
-        loop = report.closing
+        loop, first = report.closing, report.registration is None
         return cls(
             name,
             None if loop is None else loop.heading_error_rad,
             None if loop is None else loop.position_error_m,
-            report.kept,
-            report.rejected,
-            report.residual_m,
+            None if first else report.kept,
+            None if first else report.rejected,
+            None if first else report.residual_m,
         )
 
 
@@ -54,24 +57,25 @@ def in_one_frame(
 ) -> tuple[list[MappedSession], list[Closing]]:
     """The new drives in the frame of the earlier ones, which stay as they are, and how they came there.
 
-    Where there are no earlier ones, the first new drive makes the frame. A single drive that does not come back to
-    where it began is left as its odometry has it. Raises ``RecordingError`` naming a drive that does not fit.
+    Where there are no earlier ones, the first new drive makes the frame; one that does not come back to where it began
+    is left as its odometry has it. Raises ``RecordingError`` naming a drive that does not fit those before it.
     """
     noise = DriftNoise(**drift.model_dump())
     known = [RegisteredSession(one.codes.rows(), one.poses, SessionReport(None)) for one in earlier]
     placed, closings = list[MappedSession](), list[Closing]()
     for session, recording in new:
-        name = session.source.name
+        name, features = session.source.name, session.codes.rows()
         try:
             odometry, times = _odometry(session, recording)
-            registered = register_session(session.codes.rows(), odometry, times, earlier=known, noise=noise)
+            registered = register_session(features, odometry, times, earlier=known, noise=noise)
+            closings.append(Closing.of(name, registered.report))
         except (RecordingError, ArrayError) as error:
-            if len(earlier) + len(new) == 1:
-                return [session], [Closing(name, None, None, 0, 0, 0.0)]
-            raise RecordingError(f"recording {name!r} cannot be placed by its odometry: {error}") from None
+            if known:
+                raise RecordingError(f"recording {name!r} cannot be placed by its odometry: {error}") from None
+            registered = RegisteredSession(features, session.poses, SessionReport(None))
+            closings.append(Closing(name, hint=f"{name} is mapped as its odometry has it, drift and all: {error}"))
         known.append(registered)
         placed.append(replace(session, xy=registered.xy_m.copy(), heading_rad=registered.heading_rad.copy()))
-        closings.append(Closing.of(name, registered.report))
     return placed, closings
 
 

@@ -40,7 +40,7 @@ _SLOW_FEATURES = {4: (96, 128, 192), 8: (64, 96, 128, 192)}
 """Candidates from so many sessions on."""
 _EDGE_RIDGES = (0.1, 1.0, 10.0)
 _INVARIANCES = (1.0, 10.0)
-_CAUTIONS = (0.1, 1.0, PRIOR_CAUTION)
+_CAUTIONS = (PRIOR_CAUTION, 1.0, 0.1)
 _WORSE_BY = 1.1
 _CAP_RADII = 10.0
 _TEST_FRAMES, _REFERENCES = 150, 1500

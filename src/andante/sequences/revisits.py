@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from andante.data import FloatArray, IndexArray
-from andante.errors import ArrayError, ConfigError
+from andante.errors import ArrayError, ConfigError, RecordingError
 from andante.sequences.likeness import centred_cosine, checked_features
 
+_MOST_FRAMES = 10_000
+"""Of one drive: every pair of them is looked at, in 2 GB."""
 _AROUND_M = 1.5
 """Frames this close to a match along the path look like it and are no rivals."""
 
@@ -48,7 +50,8 @@ def find_loop_closures(
     apart and ``gate_share`` of the way between them. The distance to the match is less than ``ratio`` times that to
     the next best place, confidence is how much less: 1 - distance / (ratio * next best). Each frame is matched at most
     once, with the visit that looks most like it.
-    Raises ``ArrayError`` for other shapes, ``ConfigError`` for values out of range.
+    Raises ``ArrayError`` for other shapes, ``ConfigError`` for values out of range, ``RecordingError`` for a drive of
+    more than 10,000 frames.
     """
     values = checked_features(features, "features")
     travelled, path = _ways(odometry, len(values))
@@ -56,6 +59,11 @@ def find_loop_closures(
         raise ConfigError(
             f"min_travel_m={min_travel_m}, ratio={ratio}, gate_m={gate_m}, gate_share={gate_share}: have to be "
             f"above 0, in (0, 1], and at least 0"
+        )
+    if len(values) > _MOST_FRAMES:
+        raise RecordingError(
+            f"a drive of {len(values)} frames is too long to look for places that it came back to, at most "
+            f"{_MOST_FRAMES} can be: cut it into drives, or leave frames out"
         )
     # Two numbers for each pair of frames are many: float32 holds a millimetre in a garden well enough.
     distance = np.maximum(1.0 - centred_cosine(values, values), 0.0)

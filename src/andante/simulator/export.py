@@ -103,15 +103,20 @@ def _rendered(
         if boxes and not table.exists():
             raise RecordingError(f"{folder} was rendered without boxes; remove it or choose another folder")
         return _kept(recording, folder, progress)
-    return write_recording(
-        folder,
-        _frames(recording, painters, table if boxes else None, progress),
-        name=recording.name,
-        camera=recording.camera,
-        conditions=recording.conditions,
-        source="rendered",
-        image_format=image_format,
-    )
+    try:
+        return write_recording(
+            folder,
+            _frames(recording, painters, table if boxes else None, progress),
+            name=recording.name,
+            camera=recording.camera,
+            conditions=recording.conditions,
+            source="rendered",
+            image_format=image_format,
+        )
+    except OSError:
+        if not folder.exists():
+            raise
+        return _kept(recording, folder, progress)  # another process was faster
 
 
 def _kept(recording: SimulatedRecording, folder: Path, progress: Progress | None) -> FolderRecording:

@@ -18,7 +18,17 @@ from andante.simulator import Plan, Progress, render_sessions
 
 _RESULTS = "results"
 # What decides a result, besides the pictures, whose fingerprints have a recipe number of their own.
-_DECISIVE = ("data.py", "sfa", "camera", "recordings", "sequences", "features", "mapping", "baselines")
+_DECISIVE = (
+    "data.py",
+    "sfa",
+    "camera",
+    "recordings",
+    "sequences",
+    "features",
+    "mapping",
+    "baselines",
+    "evaluation/alignment.py",
+)
 _DECISIVE_HERE = ("contenders.py", "drives.py", "trials.py")
 
 
@@ -59,7 +69,7 @@ class ResultStore:
         if not isinstance(stored, dict) or stored.get("key") != json.loads(json.dumps(key)):
             return None
         result = stored.get("result")
-        return result if isinstance(result, dict) else None
+        return result if isinstance(result, dict) and result else None
 
     def save(self, key: Mapping[str, Any], result: Mapping[str, Any]) -> None:
         """Write whole or not at all; raises ``InputError`` where that fails."""

@@ -1,4 +1,4 @@
-"""Recorded drives as features: pictures are decoded once, however many maps are made of them."""
+"""Recorded drives as features: pictures are not decoded again for every map that is made of them."""
 
 from __future__ import annotations
 
