@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from andante.evaluation import evaluate as evaluate
     from andante.evaluation import run_localizer as run_localizer
     from andante.evaluation import write_report as write_report
+    from andante.export import export_onnx as export_onnx
     from andante.mapping import BuildLog as BuildLog
     from andante.mapping import MapConfig as MapConfig
     from andante.mapping import SlowMap as SlowMap
@@ -43,6 +44,7 @@ _NAMES_OF = {
     "data": ("CameraSpec", "Estimate", "Frame", "FrameInfo", "Hypothesis", "Pose2D", "Status", "Trajectory"),
     "errors": ("AndanteError",),
     "evaluation": ("Evaluation", "evaluate", "run_localizer", "write_report"),
+    "export": ("export_onnx",),
     "mapping": ("BuildLog", "MapConfig", "SlowMap", "build_map", "merge_maps", "update_map"),
     "protocols": ("Localizer", "Recording"),
     "recordings": (
@@ -76,6 +78,7 @@ __all__ = [
     "__version__",
     "build_map",
     "evaluate",
+    "export_onnx",
     "merge_maps",
     "open_images",
     "open_recording",

@@ -23,6 +23,7 @@ def test_commands():
         "history",
         "rollback",
         "simulate",
+        "export",
         "info",
         "doctor",
         "demo",
@@ -101,5 +102,5 @@ def test_entry_point(garden):
 def test_commands_import_nothing_heavy():
     code = "import sys, andante.cli; print(' '.join(sys.modules))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    heavy = {"numpy", "scipy", "cv2", "matplotlib", "pydantic", "safetensors", "jinja2", "PIL"}
+    heavy = {"numpy", "scipy", "cv2", "matplotlib", "pydantic", "safetensors", "jinja2", "PIL", "onnx"}
     assert not heavy & {name.split(".")[0] for name in loaded}

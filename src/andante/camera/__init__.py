@@ -14,5 +14,7 @@ from andante.camera.models import fisheye_model as fisheye_model
 from andante.camera.rays import project as project
 from andante.camera.rays import rays as rays
 from andante.camera.rays import scaled as scaled
+from andante.camera.unwrap import FisheyeTable as FisheyeTable
 from andante.camera.unwrap import PanoramaGeometry as PanoramaGeometry
+from andante.camera.unwrap import Shrinking as Shrinking
 from andante.camera.unwrap import Unwrapper as Unwrapper

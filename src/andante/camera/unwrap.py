@@ -68,7 +68,8 @@ class Unwrapper:
     Perspective: shrunk likewise, nothing else.
 
     ``image_shape`` is (height, width, ...); ``scale`` is image pixels per pixel of ``spec``, 0.5 for images decoded
-    at half size. Raises ``ConfigError`` where the camera is incomplete or sees nothing of the panorama.
+    at half size. ``lookup`` is what it does, for whoever does the same elsewhere. Raises ``ConfigError`` where the
+    camera is incomplete or sees nothing of the panorama.
     """
 
     def __init__(
@@ -82,13 +83,13 @@ class Unwrapper:
         self.image_shape = (image_shape[0], image_shape[1])
         if min(self.image_shape) < 1:
             raise ImageError(f"an image needs at least one pixel, got height and width {self.image_shape}")
-        self._lookup: _FisheyeTable | _Shrinking
+        self.lookup: FisheyeTable | Shrinking
         if spec.model == "fisheye":
-            table = _FisheyeTable(scaled(spec, scale), self.image_shape, geometry or PanoramaGeometry())
-            self._lookup, self.valid = table, table.valid
+            table = FisheyeTable(scaled(spec, scale), self.image_shape, geometry or PanoramaGeometry())
+            self.lookup, self.valid = table, table.valid
         else:
-            self._lookup = _Shrinking(spec, self.image_shape, geometry)
-            self.valid = np.ones(self._lookup.shape, np.bool_)
+            self.lookup = Shrinking(spec, self.image_shape, geometry)
+            self.valid = np.ones(self.lookup.shape, np.bool_)
         self.valid.flags.writeable = False
 
     @property
@@ -108,11 +109,15 @@ class Unwrapper:
                 f"cannot unwrap an image of shape {image.shape} and type {image.dtype}; this camera takes "
                 f"({height}, {width}) or ({height}, {width}, 3) uint8; make another Unwrapper for another size"
             )
-        return self._lookup(image)
+        return self.lookup(image)
 
 
-class _FisheyeTable:
-    """Where in the picture each pixel of the panorama lies."""
+class FisheyeTable:
+    """Where in the picture each pixel of the panorama lies.
+
+    The picture is halved ``halvings`` times and smoothed where ``blur`` says so, then read at ``x_px`` and ``y_px``
+    (height, width) float32, between its pixels by bilinear weights.
+    """
 
     def __init__(self, spec: CameraSpec, image_shape: tuple[int, int], geometry: PanoramaGeometry) -> None:
         azimuth, elevation = geometry.azimuths_rad()[None, :], geometry.elevations_rad()[:, None]
@@ -128,31 +133,32 @@ class _FisheyeTable:
             )
         pitch = _pitch_px(x_px, y_px)
         most = int(np.log2(min(image_shape)))
-        self._halvings = int(np.clip(np.ceil(np.log2(max(pitch, 1.0) / _HALVE_FROM_PITCH_PX)), 0, most))
-        shrink = 0.5**self._halvings
-        self._blur = pitch * shrink > _BLUR_FROM_PITCH_PX
-        self._x = _positions(x_px, shrink, width >> self._halvings)
-        self._y = _positions(y_px, shrink, height >> self._halvings)
+        self.halvings = int(np.clip(np.ceil(np.log2(max(pitch, 1.0) / _HALVE_FROM_PITCH_PX)), 0, most))
+        shrink = 0.5**self.halvings
+        self.blur = pitch * shrink > _BLUR_FROM_PITCH_PX
+        self.x_px = _positions(x_px, shrink, width >> self.halvings)
+        self.y_px = _positions(y_px, shrink, height >> self.halvings)
 
     def __call__(self, image: ImageArray) -> ImageArray:
-        for _ in range(self._halvings):
+        """Picture -> panorama."""
+        for _ in range(self.halvings):
             height, width = image.shape[0] // 2, image.shape[1] // 2
             image = _resized(image[: 2 * height, : 2 * width], height, width)
-        if self._blur:
+        if self.blur:
             # Binomial 1-2-1: as good as a 2 x 2 box against aliasing, and faster in OpenCV.
             image = np.asarray(cv2.GaussianBlur(image, (3, 3), 0), np.uint8)
-        return np.asarray(cv2.remap(image, self._x, self._y, cv2.INTER_LINEAR), np.uint8)
+        return np.asarray(cv2.remap(image, self.x_px, self.y_px, cv2.INTER_LINEAR), np.uint8)
 
 
-class _Shrinking:
-    """A picture that needs no unwrapping: turned to forward where it is a panorama, then shrunk."""
+class Shrinking:
+    """A picture that needs no unwrapping: its ``columns`` put in order where forward asks for it, then shrunk."""
 
     def __init__(self, spec: CameraSpec, image_shape: tuple[int, int], geometry: PanoramaGeometry | None) -> None:
         height, width = image_shape
         self.shape = image_shape
         if geometry is not None:
             self.shape = min(height, geometry.height_px), min(width, geometry.width_px)
-        self._columns: NDArray[np.intp] | None = None
+        self.columns: NDArray[np.intp] | None = None
         if spec.model == "panorama" and (spec.mirrored or spec.forward_deg):
             if spec.forward_deg and spec.horizontal_field_of_view_deg < 360.0:
                 raise ConfigError(
@@ -160,10 +166,11 @@ class _Shrinking:
                     f"got {spec.forward_deg:g}"
                 )
             columns = np.arange(width) - round(spec.forward_deg / 360.0 * width)
-            self._columns = np.mod(columns[::-1] if spec.mirrored else columns, width)
+            self.columns = np.mod(columns[::-1] if spec.mirrored else columns, width)
 
     def __call__(self, image: ImageArray) -> ImageArray:
-        turned = image.copy() if self._columns is None else image[:, self._columns]
+        """Picture -> panorama."""
+        turned = image.copy() if self.columns is None else image[:, self.columns]
         return turned if self.shape == image.shape[:2] else _resized(turned, *self.shape)
 
 

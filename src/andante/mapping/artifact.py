@@ -78,7 +78,7 @@ def write_map(slowmap: SlowMap, path: str | Path) -> int:
     try:
         # A single key: safetensors writes several in random order, but the same map has to give the same bytes.
         data = save(contiguous, metadata={_KEY: json.dumps(_header(slowmap, path), sort_keys=True, allow_nan=False)})
-        _replace(path, data)
+        replace_file(path, data)
     except OSError as error:
         reason = error.strerror or error
         raise MapError(f"map {path} cannot be written: {reason}; choose another place with -o") from None
@@ -141,7 +141,8 @@ def _source(source: Source, path: Path) -> dict[str, Any]:
     return values
 
 
-def _replace(path: Path, data: bytes) -> None:
+def replace_file(path: Path, data: bytes) -> None:
+    """Write a file beside its place and put it there, so that a reader sees the old one or the new one."""
     part = path.parent / f".{path.name}.{uuid.uuid4().hex}.part"
     try:
         with part.open("xb") as file:

@@ -143,12 +143,15 @@ class FrontEnd:
         """(height, width[, 3]) uint8 -> panorama (H, W[, 3]); raises ``ImageError`` for foreign proportions."""
         if image.ndim not in (2, 3):
             raise ImageError(f"an image is grey (height, width) or BGR (height, width, 3), got shape {image.shape}")
-        shape = (image.shape[0], image.shape[1])
+        return self.unwrapper((image.shape[0], image.shape[1]))(image)
+
+    def unwrapper(self, shape: tuple[int, int]) -> Unwrapper:
+        """What makes panoramas of images (height, width); raises ``ImageError`` for foreign proportions."""
         unwrapper = self._unwrappers.get(shape)
         if unwrapper is None:
             # Two threads may both make the table; either is as good, and storing it is atomic.
             unwrapper = self._unwrappers[shape] = self._scaled_unwrapper(shape)
-        return unwrapper(image)
+        return unwrapper
 
     def grey_panorama(self, image: ImageArray) -> ImageArray:
         """What the encoder takes; raises ``BlankImageError`` for a picture that shows nothing."""

@@ -28,8 +28,9 @@ from andante.mapping.thinning import thinned_by_place
 PRIOR_CAUTION = 30.0
 """Where nothing is known of other lights and seasons: interpolate only what looks as if mapped just now."""
 _MEDIAN_SAMPLE = 200
-_INTERPOLATED = 8
-_LEAST_PULL, _UNMOVED = 1e-3, 1e9
+SAME_SUPPORT = 1e-3
+INTERPOLATED = 8
+LEAST_PULL, _UNMOVED = 1e-3, 1e9
 _BLOCK_ROWS = 256
 
 
@@ -93,11 +94,13 @@ class LocalReadout:
         positions = self.xy[nearest]
         apart = np.linalg.norm(positions[:, :, None] - positions[:, None], axis=-1)
         together = apart <= self.consensus_m
-        winner = np.where(together, votes[:, None], 0).sum(axis=2).argmax(axis=1)
+        support = np.where(together, votes[:, None], 0).sum(axis=2)
+        # The nearest of those with as much support as any: rounding must not choose between them.
+        winner = (support >= support.max(axis=1, keepdims=True) - SAME_SUPPORT).argmax(axis=1)
         chosen = together[np.arange(len(slow)), winner]
         share = np.where(chosen, votes, 0)
         agreement = share.sum(axis=1)
-        share = self._interpolated(slow, nearest[:, :_INTERPOLATED], chosen, share / agreement[:, None], d2[:, 0])
+        share = self._interpolated(slow, nearest[:, :INTERPOLATED], chosen, share / agreement[:, None], d2[:, 0])
         xy = np.einsum("nm,nmi->ni", share, positions)
         # All votes count for the spread, so that two places that look alike give a large one.
         offset = positions - xy[:, None]
@@ -128,7 +131,7 @@ class LocalReadout:
         pairs = both.sum(axis=(1, 2)) - taken.sum(axis=1)
         apart = np.where(both, own[:, :, None] + own[:, None] - 2 * gram, 0).sum(axis=(1, 2))
         gap = np.maximum(apart / np.maximum(pairs, 1), 1e-9 * self.typical)
-        pull = np.maximum(self.caution * d1**2 / gap, _LEAST_PULL * gap)
+        pull = np.maximum(self.caution * d1**2 / gap, LEAST_PULL * gap)
         # What was not chosen is held at its vote of zero.
         diagonal = np.where(taken, pull[:, None], _UNMOVED * (own + pull[:, None]))
         inverse = np.linalg.inv(gram + diagonal[:, :, None] * np.eye(few))

@@ -1,0 +1,53 @@
+"""What an estimate is worth, in a graph: the same bounds as ``SlowMap.localize`` has."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andante.data import Status
+from andante.export.graph import Graph
+from andante.export.regressions import LocatedNames
+from andante.mapping.calibration import Calibration
+from andante.mapping.frontend import MIN_CONTRAST
+
+STATUSES = (Status.OK, Status.DEGRADED, Status.LOST, Status.OFF_MAP)
+"""What the numbers of the output ``status`` mean; there is a position with the first two."""
+
+
+def add_tempered(graph: Graph, located: LocatedNames, spread: str) -> str:
+    """Likeness (1,), less where an image lies further from the average than mapped ones of its kind do."""
+    excess = graph("Max", graph("Div", spread, located.spread), 1.0)
+    return graph("Div", located.likeness, graph.square(excess))
+
+
+def add_status(graph: Graph, panorama: str, likeness: str, agreement: str, bounds: Calibration) -> str:
+    """Status (1,) int64, an index of ``STATUSES``."""
+    clear = graph("GreaterOrEqual", graph("Mul", likeness, agreement), bounds.degraded_below)
+    # A map that has not learnt what a foreign place looks like is never sure.
+    best = Status.OK if bounds.off_map_below > 0 else Status.DEGRADED
+    status = graph("Where", clear, _code(best), _code(Status.DEGRADED))
+    status = graph("Where", graph("Less", agreement, bounds.lost_below), _code(Status.LOST), status)
+    status = graph("Where", graph("Less", likeness, bounds.off_map_below), _code(Status.OFF_MAP), status)
+    return graph("Where", _blank(graph, panorama), _code(Status.LOST), status)
+
+
+def add_known(graph: Graph, values: str, status: str) -> str:
+    """The values where the status has a pose, else NaN: who does not ask for the status must not get a pose."""
+    return graph("Where", graph("LessOrEqual", status, _code(Status.DEGRADED)), values, np.nan)
+
+
+def add_radius(graph: Graph, covariance: str, factor: float) -> str:
+    """Radius (1,) around the position, in the unit of the map."""
+    variance = graph.total(graph("Mul", covariance, np.eye(2)), 0, 1)
+    return graph.shaped(graph("Mul", graph("Sqrt", variance), factor), 1)
+
+
+def _blank(graph: Graph, panorama: str) -> str:
+    offset = graph("Sub", panorama, graph("ReduceMean", panorama, keepdims=1))
+    deviation = graph("Sqrt", graph("ReduceMean", graph.square(offset), keepdims=0))
+    return graph("Less", deviation, MIN_CONTRAST)
+
+
+def _code(status: Status) -> NDArray[np.int64]:
+    return np.array([STATUSES.index(status)])
