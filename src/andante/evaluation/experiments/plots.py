@@ -35,7 +35,7 @@ def error_over_sessions(summaries: Mapping[str, Sequence[Summary]], marks: Mappi
     ``marks`` are figures of others: name -> (sessions, mean in metres).
     """
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(6.4, 4.2), layout="constrained")
+        figure = Figure(figsize=(6.4, 4.8), layout="constrained")
         axes = figure.add_subplot()
         for (name, by_size), colour in zip(summaries.items(), _colours(len(summaries)), strict=True):
             sizes = np.arange(1, len(by_size) + 1)
@@ -53,7 +53,8 @@ def error_over_sessions(summaries: Mapping[str, Sequence[Summary]], marks: Mappi
         axes.yaxis.set_major_formatter(PLAIN)
         axes.yaxis.set_minor_formatter(NullFormatter())
         axes.grid()
-        axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, borderaxespad=0)
+        # Above the axes, where it takes the room it needs.
+        figure.legend(loc="outside upper left", ncols=2, fontsize=8)
     return figure
 
 
