@@ -74,7 +74,7 @@ def test_another_localizer_is_one_more_entry(cache, years, tiny):
 def test_the_plot_has_a_line_for_each_and_the_thesis_as_marks(outcome, cache, years, tiny):
     main, way = outcome.plots
     (axes,) = main.figure.axes
-    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    labels = [text.get_text() for text in main.figure.legends[0].get_texts()]
     assert labels == ["nearest-1", "nearest-5", *(f"{name}, {mean:g} m" for name, mean in THESIS_AT_NINE.items())]
     assert axes.get_yscale() == "log"
     np.testing.assert_allclose(axes.lines[0].get_xdata(), [1, 2])
