@@ -29,7 +29,7 @@ def test_table_and_hint_for_one_session(garden, andante, tmp_path):
     assert answer.exit_code == 0
     assert "40 of monday" in answer.stdout
     assert "4 slow features" in answer.stdout
-    assert "hint: calibrated on one session only" in answer.stderr
+    assert "hint: of one drive only parts can be left out" in answer.stderr
 
 
 @pytest.mark.parametrize(

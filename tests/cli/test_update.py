@@ -90,13 +90,17 @@ def fold(name: str, mean: float, season: str, n: int = 10) -> dict:
 
 
 def test_which_season_is_missing():
-    trial = {"folds": [fold("a", 0.1, "summer"), fold("b", 0.12, "autumn"), fold("c", 0.6, "winter", 20)]}
+    trial = {
+        "kind": "sessions",
+        "folds": [fold("a", 0.1, "summer"), fold("b", 0.12, "autumn"), fold("c", 0.6, "winter", 20)],
+    }
     told = missing_condition(trial, "m")
     assert "least known is what c (winter) shows: without it 0.600 m" in told
     assert held_out_mean(trial) == pytest.approx(14.2 / 40)
     assert missing_condition({"folds": trial["folds"][:2]}, "m") is None
     assert missing_condition({"folds": trial["folds"][2:]}, "m") is None
-    assert held_out_mean({"folds": []}) is None
+    assert held_out_mean({"kind": "sessions", "folds": []}) is None
+    assert held_out_mean({**trial, "kind": "blocks"}) is None
 
 
 def test_a_refused_drive_leaves_the_map_as_it_was_with_those_before_it(garden, andante, tmp_path, fails):

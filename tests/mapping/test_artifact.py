@@ -215,7 +215,7 @@ def test_places_that_cannot_be_read(tmp_path):
         MapError, match=r"nowhere/map\.andante cannot be read: No such file or directory; make one with"
     ):
         SlowMap.load(tmp_path / "nowhere" / "map.andante")
-    with pytest.raises(MapError, match="is no map"):
+    with pytest.raises(MapError, match="is a folder, not a map"):
         SlowMap.load(tmp_path)
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(MapError, match="is no map"):

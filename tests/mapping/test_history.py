@@ -1,5 +1,6 @@
 """Versions of a map: nothing is ever lost, half written or swapped, whenever the process dies."""
 
+import contextlib
 import dataclasses
 import os
 import signal
@@ -97,11 +98,17 @@ def test_two_processes_take_turns(path, next_map, monkeypatch):
     """While one changes the map, another waits for the lock and then sees that it has changed."""
     from andante.mapping import history
 
-    expected, waited = digest_of(path), []
-    monkeypatch.setattr(history, "_wait_for", lambda lock: waited.append(next_map.save(path)))
+    expected = digest_of(path)
+
+    @contextlib.contextmanager
+    def waited(folder):
+        assert folder == path.parent
+        next_map.save(path)
+        yield
+
+    monkeypatch.setattr(history, "_locked", waited)
     with pytest.raises(MapError, match="changed by someone else meanwhile"):
         replace_map(next_map, path, expected=expected)
-    assert len(waited) == 1
 
 
 def test_a_new_place_has_no_history(slowmap, tmp_path):
@@ -176,3 +183,17 @@ def test_killed_at_twenty_random_moments_a_whole_map_is_left(path, next_map, tmp
         assert path.read_bytes() in whole
         SlowMap.load(path, with_memory=True)
         assert all(version.path.read_bytes() in whole for version in versions_of(path))
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no locks on folders")
+def test_the_lock_holds_another_process_off(path, slowmap, next_map):
+    """A process that wants to change a map waits until the one before it is done."""
+    from andante.mapping.history import _locked
+
+    wait = "with _locked(pathlib.Path(sys.argv[1])): print('in')"
+    script = f"import sys, pathlib; from andante.mapping.history import _locked\n{wait}"
+    with _locked(path.parent):
+        process = subprocess.Popen([sys.executable, "-c", script, path.parent], stdout=subprocess.PIPE)
+        with pytest.raises(subprocess.TimeoutExpired):
+            process.wait(timeout=1.5)
+    assert process.communicate(timeout=30)[0] == b"in\n"

@@ -162,3 +162,9 @@ def test_frames_that_claim_to_be_off_the_map_are_judged_too(garden, friday):
     learnt, trial = update_map(monday, friday)
     assert (trial.before, trial.after) == (None, None)
     assert len(learnt.sources) == 2
+
+
+def test_a_drive_that_knows_only_odometry_does_not_fit_surveyed_poses(slowmap, friday, copied):
+    blind = copied(friday, reference=None, odometry=[info.reference for info in friday.infos])
+    with pytest.raises(RecordingError, match=r"has no reference positions.* fits a map of odometry alone"):
+        update_map(slowmap, blind)

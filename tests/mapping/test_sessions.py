@@ -10,7 +10,13 @@ from andante.errors import ConfigError, RecordingError
 from andante.mapping import BuildLog, FrontEnd, MapConfig, build_map, encode_session
 from andante.mapping import sessions as sessions_module
 from andante.mapping.frontend import camera_and_size
-from andante.mapping.sessions import positions_of, require_distinct, short_fingerprint, usable_frames
+from andante.mapping.sessions import (
+    positions_of,
+    require_distinct,
+    short_fingerprint,
+    unused_positions,
+    usable_frames,
+)
 from andante.recordings import picture_fingerprint
 
 CONFIG = MapConfig()
@@ -213,3 +219,11 @@ def test_a_fingerprint_is_shortened_to_32_bits(days):
     whole = picture_fingerprint(days[0].load(days[0].infos[0]))
     assert short_fingerprint(whole) == int(whole, 16) >> (4 * (len(whole) - 8))
     assert 0 <= short_fingerprint(whole) < 2**32
+
+
+def test_what_is_better_and_not_used_is_said(days, copied):
+    odometry = [info.reference for info in days[0].infos]
+    both = [copied(day, odometry=odometry) for day in days]
+    blind = copied(days[1], reference=None, odometry=odometry)
+    assert unused_positions(both, "reference") == ""
+    assert unused_positions([both[0], blind], "odometry").endswith("better positions of monday are not used")

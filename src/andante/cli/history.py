@@ -31,8 +31,11 @@ def history(map_file: MapFile, as_json: AsJson = False) -> None:
         return
     columns = ("version", "written", "drives", "new", "frames", "held-out mean", "MB", "")
     print_table(f"{map_file}", columns, [_row(row) for row in rows])
-    if len(rows) > 1:
+    now = next(at for at, row in reversed(list(enumerate(rows))) if row["current"])
+    if now > 0:
         hint(f"back to the version before: andante rollback {map_file}")
+    elif len(rows) > 1:
+        hint(f"forward again: andante rollback {map_file} --to {rows[-1]['version']}")
 
 
 def rollback(

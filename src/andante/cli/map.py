@@ -101,6 +101,7 @@ def command(
     log.seconds["total"] = time.perf_counter() - started
     summary = {"map": str(output), "bytes": size, **_summary(slowmap, log.seconds)}
     summary |= {"stationary": log.stationary, "without_position": log.without_position}
+    summary["hints"] = log.hints
     summary["odometry"] = [asdict(closing) for closing in log.closings]
     if as_json:
         print_json(summary)
@@ -155,6 +156,8 @@ def _print(summary: dict[str, Any]) -> None:
     }
     print_facts(summary["map"], facts)
     print_closings(summary["odometry"])
+    for told in summary["hints"]:
+        hint(told)
     for skipped in summary["skipped"]:
         hint(f"skipped in {skipped['recording']}: {skipped['reason']}")
     print_trials(summary["cross_validation"], summary["unit"])

@@ -94,7 +94,7 @@ def _console(*, stderr: bool = False) -> Console:
 def _cell(value: object) -> str:
     if value is None:
         return "-"
-    return f"{value:.3f}" if isinstance(value, float) and abs(value) < 1000 else str(value)
+    return f"{value:.3f}" if isinstance(value, float) else str(value)
 
 
 def _finite(value: object) -> object:

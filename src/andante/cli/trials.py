@@ -13,7 +13,9 @@ _CONSPICUOUS = 1.5
 
 
 def held_out_mean(trial: Mapping[str, Any]) -> float | None:
-    """The mean error over all frames that were held out, ``None`` where there were none."""
+    """The mean error over all drives that were held out, ``None`` where there was only one."""
+    if trial["kind"] != "sessions":
+        return None
     frames = sum(fold["n"] for fold in trial["folds"])
     return sum(fold["n"] * fold["mean"] for fold in trial["folds"]) / frames if frames else None
 
@@ -23,11 +25,15 @@ def print_trials(trial: Mapping[str, Any], unit: str) -> None:
     columns = ("left out", "conditions", "images", *(f"{name} [{unit}]" for name in ("median", "mean", "p95", "max")))
     names = ("n", "median", "mean", "p95", "max")
     rows = [(fold["left_out"], _conditions(fold), *(fold[name] for name in names)) for fold in trial["folds"]]
-    print_table("Errors on drives left out", columns, rows)
+    parts = "drives" if trial["kind"] == "sessions" else "parts of the drive"
+    print_table(f"Errors on {parts} left out", columns, rows)
     if trial["kind"] == "none":
         hint("too few images to leave some out: errors and radius of this map are untested")
     elif trial["kind"] == "blocks":
-        hint("calibrated on one session only, so the radius knows no other light or season; map a second drive")
+        hint(
+            "of one drive only parts can be left out, which lie further from the rest than another drive would: these "
+            "errors and the radius are large, and know no other light or season; map a second drive"
+        )
     elif missing := missing_condition(trial, unit):
         hint(missing)
 
@@ -62,7 +68,7 @@ def missing_condition(trial: Mapping[str, Any], unit: str) -> str | None:
     like = f" ({described})" if described else ""
     return (
         f"least known is what {worst['left_out']}{like} shows: without it {worst['mean']:.3f} {unit} in the mean, the "
-        f"others {usual:.3f}; another drive like it would help most"
+        f"others {usual:.3f} in the median; if its poses are right, another drive like it would help most"
     )
 
 

@@ -126,7 +126,8 @@ def _checked_notes(slowmap: SlowMap, recording: Recording, training_error: bool)
         if not training_error:
             raise LeakageError(
                 f"the map was learnt from {'' if learnt else 'pictures of '}recording {recording.name!r}, so its "
-                "errors would look better than they are; evaluate on another drive, or ask for the training error"
+                "errors would look better than they are; evaluate on another drive, or ask for the training error "
+                "(--training-error)"
             )
         notes.append(_TRAINING_NOTE)
     return tuple(notes)

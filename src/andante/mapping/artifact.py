@@ -100,6 +100,8 @@ def read_map(path: str | Path, *, with_memory: bool = False) -> SlowMap:
         size = path.stat().st_size
     except OSError as error:
         raise MapError(f"map {path} cannot be read: {error.strerror}; make one with: andante map") from None
+    if path.is_dir():
+        raise MapError(f"{path} is a folder, not a map; where it is a recording, the map comes before it")
     if not path.is_file() or size > MAX_BYTES:
         raise MapError(f"map {path} is no map: {size} bytes, a map is a file of at most {MAX_BYTES}")
     try:

@@ -22,7 +22,14 @@ from andante.mapping.network import crosses_seam
 from andante.mapping.network_lesson import encode_with_network
 from andante.mapping.odometry import in_one_frame
 from andante.mapping.selection import choose_caution, choose_recipe
-from andante.mapping.sessions import BuildLog, Progress, encode_session, positions_of, require_distinct
+from andante.mapping.sessions import (
+    BuildLog,
+    Progress,
+    encode_session,
+    positions_of,
+    require_distinct,
+    unused_positions,
+)
 from andante.mapping.slow_map import SlowMap, Unit
 from andante.protocols import Recording
 from andante.sfa import one_thread
@@ -45,6 +52,8 @@ def build_map(
     """
     config, log = config or MapConfig(), log or BuildLog()
     positions = positions_of(recordings, config.positions)
+    if config.positions == "auto" and (hint := unused_positions(recordings, positions)):
+        log.hints.append(hint)
     front_end = FrontEnd(*camera_and_size(recordings[0]), config.panorama, config.features)
     # Pictures to features, in the threads that decode; then everything that is learnt.
     if front_end.lacks_network:

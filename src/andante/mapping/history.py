@@ -43,6 +43,8 @@ class Version:
 def digest_of(path: str | Path) -> str:
     """16 hex digits of the SHA-256 of a file; raises ``MapError`` where it cannot be read."""
     whole = hashlib.sha256()
+    if Path(path).is_dir():
+        raise MapError(f"{path} is a folder, not a map; where it is a recording, the map comes before it")
     try:
         with Path(path).open("rb") as file:
             while chunk := file.read(_CHUNK):
@@ -78,8 +80,10 @@ def replace_map(slowmap: SlowMap, path: str | Path, *, expected: str | None = No
             raise MapError(
                 f"map {path} was changed by someone else meanwhile; nothing was written, run the command again"
             )
-        _keep(path, current)
-        _make_newest(path, current)
+        versions = versions_of(path)
+        # What is replaced is the version before its successor, even where it came back by rolling back.
+        if not versions or versions[-1].digest != current:
+            _add_version(path, versions, current)
         size = slowmap.save(path)
         for version in versions_of(path)[:-MAX_VERSIONS]:
             version.path.unlink(missing_ok=True)
@@ -98,7 +102,8 @@ def roll_back(path: str | Path, number: int | None = None) -> Version:
         version = _wanted(path, versions, current, number)
         if digest_of(version.path) != version.digest:
             raise MapError(f"version {version.number} of map {path} is damaged; choose another with --to")
-        _keep(path, current)
+        if all(one.digest != current for one in versions):
+            _add_version(path, versions, current)
         _copy(version.path, path)
     return version
 
@@ -118,46 +123,43 @@ def _folder(path: Path) -> Path:
     return path.with_name(f"{path.name}.history")
 
 
-def _keep(path: Path, digest: str) -> None:
-    """Make the current file a version, unless it is one already."""
-    versions = versions_of(path)
-    if any(version.digest == digest for version in versions):
-        return
+def _add_version(path: Path, versions: list[Version], digest: str) -> None:
+    """Make the current file the newest version."""
     number = versions[-1].number + 1 if versions else 1
-    _copy(path, _folder(path) / f"{number:04d}-{digest}.andante")
-
-
-def _make_newest(path: Path, digest: str) -> None:
-    """What is replaced is the version before its successor, even where it came back by rolling back."""
-    versions = versions_of(path)
-    own = next(version for version in versions if version.digest == digest)
-    if own is not versions[-1]:
-        own.path.replace(_folder(path) / f"{versions[-1].number + 1:04d}-{digest}.andante")
+    folder = _folder(path)
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise MapError(f"the history of map {path} cannot be written: {error.strerror}; check {folder}") from None
+    _copy(path, folder / f"{number:04d}-{digest}.andante")
 
 
 @contextmanager
 def _alone(path: Path) -> Iterator[None]:
-    """Inside, no other process changes the map or its history; parts that killed ones left behind are gone."""
-    folder = _folder(path)
-    try:
-        folder.mkdir(exist_ok=True)
-        lock = (folder / ".lock").open("ab")
-    except OSError as error:
-        raise MapError(f"the history of map {path} cannot be written: {error.strerror}; check {folder}") from None
-    with lock:
-        _wait_for(lock.fileno())
-        for part in (*path.parent.glob(f".{path.name}.*.part"), *folder.glob(".*.part")):
+    """Inside, no other process changes maps in this folder; parts that killed ones left behind are gone."""
+    with _locked(path.parent):
+        for part in (*path.parent.glob(f".{path.name}.*.part"), *_folder(path).glob(".*.part")):
             if time.time() - part.stat().st_mtime > _ABANDONED_S:
                 part.unlink(missing_ok=True)
         yield
 
 
-def _wait_for(lock: int) -> None:
+@contextmanager
+def _locked(folder: Path) -> Iterator[None]:
     try:
         import fcntl
     except ImportError:  # not on Windows, where whoever comes second may have to run the command again
+        yield
         return
-    fcntl.flock(lock, fcntl.LOCK_EX)
+    try:
+        descriptor = os.open(folder, os.O_RDONLY)
+    except OSError as error:
+        raise MapError(f"folder {folder} cannot be opened: {error.strerror}; check the path") from None
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)
 
 
 def _copy(source: Path, target: Path) -> None:

@@ -28,7 +28,7 @@ from andante.mapping.memory import MappedSession
 from andante.mapping.network import same_network
 from andante.mapping.odometry import in_one_frame
 from andante.mapping.selection import recipe_of
-from andante.mapping.sessions import BuildLog, Progress, encode_session, require_distinct
+from andante.mapping.sessions import BuildLog, Progress, encode_session, positions_in, require_distinct
 from andante.mapping.slow_map import SlowMap, Unit
 from andante.protocols import Recording
 from andante.sfa import one_thread
@@ -118,6 +118,15 @@ def update_map(
     """
     log = log or BuildLog()
     memory, positions = _memory_of(slowmap), slowmap.sources[0].poses
+    if positions not in positions_in(recording):
+        raise RecordingError(
+            f"recording {recording.name!r} has no {positions} positions, from which the map was made; "
+            + (
+                "a drive that knows only odometry fits a map of odometry alone"
+                if positions == "reference"
+                else "add them"
+            )
+        )
     session = encode_session(recording, slowmap.front_end, positions, slowmap.config, progress=progress, log=log)
     _require_drive(slowmap, session)
     if positions == "odometry":
@@ -152,8 +161,8 @@ def merge_maps(
 def _memory_of(slowmap: SlowMap) -> tuple[MappedSession, ...]:
     if slowmap.memory is None:
         raise MapError(
-            f"map {slowmap.name!r} does not remember its frames, so nothing can be learnt into it; make it again with "
-            "memory.keep (andante map without --localize-only)"
+            "this map does not remember its frames, so nothing can be learnt into it; make it again without "
+            "--localize-only (memory.keep = true)"
         )
     return slowmap.memory
 

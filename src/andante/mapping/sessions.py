@@ -29,6 +29,8 @@ TakePanoramas = Callable[[ImageArray], None]
 
 MAX_SHARED_PICTURES = 0.05
 """Share of pictures that two recordings may have in common and still count as two."""
+_KINDS: tuple[Positions, ...] = ("reference", "place", "odometry")
+"""Of positions, the best first."""
 STACK = 8
 """Pictures that are encoded at once."""
 
@@ -37,13 +39,15 @@ STACK = 8
 class BuildLog:
     """What happened while a map was built: seconds by stage, and frames left out before their picture was read.
 
-    ``closings`` say how drives were brought into one frame where only odometry is known.
+    ``closings`` say how drives were brought into one frame where only odometry is known, ``hints`` what a user should
+    know of the map.
     """
 
     seconds: dict[str, float] = field(default_factory=dict)
     stationary: int = 0
     without_position: int = 0
     closings: list[Closing] = field(default_factory=list)
+    hints: list[str] = field(default_factory=list)
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
@@ -143,9 +147,8 @@ def positions_of(recordings: Sequence[Recording], wanted: Positions) -> Position
         raise RecordingError("a map needs at least one recording, got none")
     if wanted != "auto":
         return wanted
-    kinds: tuple[Positions, ...] = ("reference", "place", "odometry")
-    has = [{kind for kind in kinds if np.isfinite(_xy(one.infos, kind)).all(axis=1).any()} for one in recordings]
-    for kind in kinds:
+    has = [positions_in(one) for one in recordings]
+    for kind in _KINDS:
         if all(kind in own for own in has):
             return kind
     for recording, own in zip(recordings, has, strict=True):
@@ -158,6 +161,20 @@ def positions_of(recordings: Sequence[Recording], wanted: Positions) -> Position
         "the recordings have no kind of position in common; a map of several drives needs x_m and y_m, place, or "
         "odom_x_m and odom_y_m in every frames.csv"
     )
+
+
+def positions_in(recording: Recording) -> set[Positions]:
+    """The kinds of position that at least one frame has."""
+    return {kind for kind in _KINDS if np.isfinite(_xy(recording.infos, kind)).all(axis=1).any()}
+
+
+def unused_positions(recordings: Sequence[Recording], chosen: Positions) -> str:
+    """In words, which recordings have better positions than those that all have in common; empty where none has."""
+    better = _KINDS[: _KINDS.index(chosen)]
+    waste = [one.name for one in recordings if positions_in(one) & {*better}]
+    if not waste:
+        return ""
+    return f"mapped by {chosen}, which all drives have; better positions of {', '.join(waste)} are not used"
 
 
 def usable_frames(

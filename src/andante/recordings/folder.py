@@ -103,7 +103,7 @@ def open_folder(folder: str | Path) -> FolderRecording:
         if not (folder / name).is_file():
             raise RecordingError(
                 f"recording {folder}: {name} is missing; a recording is a folder with {MANIFEST}, {TABLE} and "
-                f'its images. For a plain folder of images ask for format="images"'
+                'its images. For a plain folder of images ask for format="images" in Python'
             )
     path = folder / MANIFEST
     return FolderRecording(folder, parse_manifest(read_text(path), str(path)), lambda: _read_table(folder / TABLE))

@@ -164,10 +164,10 @@ def _check_closed(
     if abs(heading_rad) > max_heading_rad:
         raise RecordingError(
             f"this drive is no closed loop: its headings at start and end differ by {abs(heading_rad):.2f} rad from "
-            f"full turns, up to {max_heading_rad:g} is drift; name the frames that meet as pairs"
+            f"full turns, up to {max_heading_rad:g} is drift; record until the robot is back where it began"
         )
     if not gap_m <= max_gap_share * length_m:
         raise RecordingError(
             f"this drive is no closed loop: a gap of {gap_m:.2f} m is left after {length_m:.1f} m, up to "
-            f"{max_gap_share:.0%} is drift; name the frames that meet as pairs"
+            f"{max_gap_share:.0%} is drift; record until the robot is back where it began"
         )
