@@ -27,7 +27,9 @@ CONFIGS = {
     "default": MapConfig(),
     "default, polynomial": MapConfig().with_values({"readout": {"kind": "polynomial"}}),
     "default, gaussian-process": MapConfig().with_values({"readout": {"kind": "gaussian-process"}}),
+    "pixels": MapConfig().with_values({"features": {"kind": "pixels"}}),
     "thesis": MapConfig.thesis(),
+    "thesis, raw images": MapConfig.thesis_pixels(),
 }
 
 
