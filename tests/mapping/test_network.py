@@ -104,6 +104,8 @@ TAMPERED = [
         {"more": {"network.2.slow.weights": np.zeros((2, 2), np.float32)}},
         r"network\.2\.slow\.weights is missing or too",
     ),
+    (changed("network.0.slow.weights", lambda a: np.full_like(a, 3e38)), "holds numbers beyond 1e"),
+    ({"network": {"deviation_floor": 1e200}}, r"config\.network\.deviation_floor is wrong"),
     ({"network": {"depth": 1}}, r"network\.1\.reduce\.deltas is missing or too much"),
     ({"network": {"depth": 0}}, r"config\.network\.depth is wrong"),
     ({"network": {"wrap": False}}, "expected float32"),
@@ -193,3 +195,15 @@ def test_networks_are_the_same_by_what_they_do(maps):
     assert same_network(network, maps["polynomial"].front_end.network)
     assert not same_network(network, dataclasses.replace(network, deviation_floor=3.0))
     assert not same_network(network, network.first(1))
+
+
+def test_a_network_that_would_fill_the_memory_is_refused():
+    layers = [
+        {"output_dim": 1, "field": [8, 8], "stride": [1, 1], "reduced_dim": 64},
+        {"output_dim": 1, "reduced_dim": 2},
+    ]
+    config = MapConfig.checked({"network": {"layers": layers}})
+    panorama = MapConfig.checked({"panorama": {"width_px": 4096, "height_px": 2048}}).panorama
+    front_end = FrontEnd(CameraSpec(model="panorama"), (2048, 4096), panorama, FeatureConfig(kind="flat"))
+    with pytest.raises(ConfigError, match=r"layer 1 of the network would take \d+ numbers a picture, at most"):
+        require_room(config.network, front_end)

@@ -125,6 +125,18 @@ def test_edges_join_pictures_in_time_and_near_ones_of_other_drives(days):
     assert len(fewer) == 2 * 59
 
 
+def test_frames_without_a_position_leave_no_holes_in_time(days):
+    every_second = [one.subset(np.arange(0, len(one), 2)) for one in without_codes(days)[:1]]
+    assert len(network_edges(every_second, CONFIG)) == 29
+
+
+def test_regular_drives_are_all_joined_with_each_other(days):
+    alike = [dataclasses.replace(one) for one in without_codes(days)[:1] * 5]
+    edges = network_edges(alike, CONFIG)
+    pairs = {(a // 60, b // 60) for a, b in zip(edges.first.tolist(), edges.second.tolist(), strict=True)}
+    assert {(a, b) for a in range(5) for b in range(a + 1, 5)} <= pairs
+
+
 def test_drives_that_know_their_odometry_alone_are_learnt_along_time(days):
     assert len(network_edges(without_codes(days, poses="odometry"), CONFIG)) == 2 * 59
 

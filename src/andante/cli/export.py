@@ -17,7 +17,7 @@ EPILOG = examples(
     "andante export garden.andante -o garden.onnx",
     "andante export garden.andante -o small.onnx --image-size 240x240 --json",
 )
-_LARGEST_SIDE_PX = 2**16
+_LARGEST_SIDE_PX = 2**13
 
 
 def command(

@@ -29,7 +29,9 @@ def add_status(graph: Graph, panorama: str, likeness: str, agreement: str, bound
     status = graph("Where", clear, _code(best), _code(Status.DEGRADED))
     status = graph("Where", graph("Less", agreement, bounds.lost_below), _code(Status.LOST), status)
     status = graph("Where", graph("Less", likeness, bounds.off_map_below), _code(Status.OFF_MAP), status)
-    return graph("Where", _blank(graph, panorama), _code(Status.LOST), status)
+    # What is not a number fails no bound.
+    unknown = graph("IsNaN", graph("Mul", likeness, agreement))
+    return graph("Where", graph("Or", unknown, _blank(graph, panorama)), _code(Status.LOST), status)
 
 
 def add_known(graph: Graph, values: str, status: str) -> str:

@@ -60,7 +60,7 @@ class FeatureConfig(_Frozen):
     n_frequencies: Count = 40
     normalise: bool = True
     window_share: tuple[Share, Share] = (0.043, 0.2)
-    deviation_floor: Annotated[float, Field(gt=0)] = 20.0
+    deviation_floor: Annotated[float, Field(gt=0, le=1e4)] = 20.0
     orientations: Annotated[int, Field(ge=0, le=16)] = 2
     gradient_floor: Annotated[float, Field(gt=0)] = 5.0
     orientation_weight: Annotated[float, Field(gt=0)] = 1.4
@@ -98,7 +98,7 @@ class NetworkConfig(_Frozen):
     depth: Count = 2
     residual: Annotated[float, Field(ge=0, lt=1)] = 0.5
     wrap: bool | None = None
-    deviation_floor: Annotated[float, Field(ge=0)] = 10.0
+    deviation_floor: Annotated[float, Field(ge=0, le=1e4)] = 10.0
     ridge: Annotated[float, Field(ge=0)] = 0.03
     neighbours: Annotated[int, Field(ge=0, le=32)] = 1
 

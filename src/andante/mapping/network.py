@@ -19,7 +19,11 @@ from andante.errors import ConfigError, MapError
 from andante.mapping.config import NetworkConfig
 from andante.mapping.frontend import FrontEnd
 from andante.sfa import AffineModel, HierarchicalModel, Layer, QuadraticModel, expanded_dim, grids_of
+from andante.sfa.layers import Grid
 
+_MOST_NUMBERS = 20_000_000
+"""Table 5.1 takes 205,000."""
+_LARGEST_WEIGHT = 1e9
 _DTYPES = {"mean": "f4", "weights": "f4", "deltas": "f8", "rank": "i8", "rank_tolerance": "f8"}
 
 
@@ -44,7 +48,20 @@ def require_room(config: NetworkConfig, front_end: FrontEnd) -> None:
             f"{width}x{height}; take features of kind flat (andante map --features flat) or fourier, or declare "
             "smaller network.layers"
         )
-    grids_of(layers, front_end.panorama_shape, wrap=wrap)  # whatever else does not fit
+    _require_small(layers, front_end.panorama_shape, wrap=wrap)  # and whatever else does not fit
+
+
+def _require_small(layers: tuple[Layer, ...], shape: tuple[int, int], *, wrap: bool) -> tuple[Grid, ...]:
+    """The grids of the layers; raises ``ConfigError`` for more numbers than a picture may take on its way up."""
+    grids = grids_of(layers, shape, wrap=wrap)
+    for number, (layer, grid) in enumerate(zip(layers, grids, strict=True), 1):
+        numbers = grid.positions * max(grid.input_dim, expanded_dim(layer.reduced_dim))
+        if numbers > _MOST_NUMBERS:
+            raise ConfigError(
+                f"layer {number} of the network would take {numbers} numbers a picture, at most {_MOST_NUMBERS} are "
+                "allowed; enlarge network.layers.stride or make panoramas smaller"
+            )
+    return grids
 
 
 def least_shape(layers: tuple[Layer, ...], *, wrap: bool) -> tuple[int, int]:
@@ -90,7 +107,7 @@ def network_of(arrays: Mapping[str, NDArray[Any]], config: NetworkConfig, front_
     """The inverse, checked: raises ``MapError`` or ``ConfigError`` for arrays that do not fit the layers."""
     layers, shape, wrap = layers_of(config), front_end.panorama_shape, crosses_seam(config, front_end)
     expected = dict[str, tuple[int, ...]]()
-    for number, (layer, grid) in enumerate(zip(layers, grids_of(layers, shape, wrap=wrap), strict=True)):
+    for number, (layer, grid) in enumerate(zip(layers, _require_small(layers, shape, wrap=wrap), strict=True)):
         expected |= _shapes(f"{number}.reduce", grid.input_dim, layer.reduced_dim)
         expected |= _shapes(f"{number}.slow", expanded_dim(layer.reduced_dim), layer.output_dim)
     _require_shapes(arrays, expected)
@@ -125,6 +142,8 @@ def _require_shapes(arrays: Mapping[str, NDArray[Any]], expected: Mapping[str, t
         array, dtype = arrays[name], np.dtype(_DTYPES[name.rpartition(".")[2]])
         if array.shape != shape or array.dtype != dtype:
             raise MapError(f"array network.{name} is {array.dtype} of shape {array.shape}, expected {dtype} {shape}")
+        if array.size and np.abs(array).max() > _LARGEST_WEIGHT:
+            raise MapError(f"array network.{name} holds numbers beyond {_LARGEST_WEIGHT:g}")
 
 
 def _below(arrays: Mapping[str, NDArray[Any]], prefix: str) -> dict[str, NDArray[Any]]:

@@ -27,6 +27,8 @@ from andante.sfa.map_store import SpooledMaps
 from andante.sfa.pictures import Pictures
 
 _BATCH = 64
+_GAPS = 3.0
+"""Frames of a drive follow each other if they are at most so many usual steps apart."""
 
 
 def encode_with_network(
@@ -75,12 +77,15 @@ def network_edges(sessions: Sequence[MappedSession], config: MapConfig) -> Edges
         return edges_in_order(ground, "temporal", config.seed)
     if config.learning.order != "places":
         return edges_in_order(ground, config.learning.order, config.seed)
-    in_time = temporal_edges(ground.session, timestamp_s=ground.number, max_gap_s=1)
-    return Edges.joined([in_time, _across(ground, config.network.neighbours)])
+    # Frames without a position leave gaps; the next one that has one is still a neighbour.
+    gaps = np.diff(ground.number)[np.diff(ground.session) == 0]
+    usual = float(np.median(gaps)) if len(gaps) else 1.0
+    in_time = temporal_edges(ground.session, timestamp_s=ground.number, max_gap_s=_GAPS * usual)
+    return Edges.joined([in_time, _across(ground, config.network.neighbours, config.seed)])
 
 
-def _across(ground: Ground, neighbours: int) -> Edges:
-    """Edges between frames of one place in different sessions, spread over all of them."""
+def _across(ground: Ground, neighbours: int, seed: int) -> Edges:
+    """Edges between frames of one place in different sessions, some of them drawn by chance where there are many."""
     sessions = len(np.unique(ground.session))
     if sessions == 1 or neighbours == 0:
         return Edges.between(np.empty(0, np.int64), np.empty(0, np.int64))
@@ -88,7 +93,8 @@ def _across(ground: Ground, neighbours: int) -> Edges:
     across = np.flatnonzero(ground.session[near.first] != ground.session[near.second])
     at_most = neighbours * len(ground)
     if len(across) > at_most:
-        across = across[np.linspace(0, len(across) - 1, at_most).astype(np.int64)]
+        # Evenly spaced ones would meet the same pairs of sessions again and again where drives are alike.
+        across = np.sort(np.random.default_rng(seed).choice(across, at_most, replace=False))
     return Edges(near.first[across], near.second[across], near.weight[across])
 
 

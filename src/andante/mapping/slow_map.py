@@ -162,6 +162,8 @@ class SlowMap:
         likeness = float(tempered(located.likeness, spread, located.spread)[0])
         agreement = float(located.agreement[0])
         bounds = self.calibration
+        if not np.isfinite([likeness, agreement, *located.xy[0]]).all():
+            return Status.LOST, "the image leads to numbers that are not finite; is the map damaged?"
         if likeness < bounds.off_map_below:
             return Status.OFF_MAP, (
                 f"no mapped place looks like this: likeness {likeness:.2f}, places that are not in the map reach "

@@ -27,6 +27,8 @@ Progress = Callable[[str, int, int], None]
 
 _SINGLE_RANK_TOLERANCE = 1e-6
 """Products of float32 leave about 1e-7 of the largest variance where there is none."""
+_SINGLE_TREMBLING = 1e-5
+"""A field that always sees the same, such as burnt-out sky, gives outputs that differ by float32 rounding alone."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,9 +93,10 @@ class LayerLesson:
         # Noise of a given variance, in the units in which the solver takes it: the mean variance of the signals.
         mean_variance = float(np.trace(moments.covariance)) / moments.dim
         ridge = self.ridge + (noise / mean_variance if noise else 0.0)
-        tolerance = RANK_TOLERANCE if np.dtype(self.dtype) == np.float64 else _SINGLE_RANK_TOLERANCE
+        double = np.dtype(self.dtype) == np.float64
+        tolerance, trembling = (RANK_TOLERANCE, 0.0) if double else (_SINGLE_RANK_TOLERANCE, _SINGLE_TREMBLING)
         try:
-            slow = solve_slow(moments, outputs - carried_on, ridge=ridge, rank_tolerance=tolerance)
+            slow = solve_slow(moments, outputs - carried_on, ridge=ridge, rank_tolerance=tolerance, trembling=trembling)
             return with_residual(slow, moments, carried_on, signals)
         except LearningError as error:
             raise LearningError(f"layer {self.number} of the network: {error}") from error

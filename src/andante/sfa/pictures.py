@@ -32,6 +32,11 @@ def stored_pictures(pictures: Pictures, dtype: DTypeLike) -> tuple[MapStore, lis
 
     One array stays where it is. Streams go once through a temporary file, uint8 as they are and others in ``dtype``.
     """
+    if not (isinstance(pictures, np.ndarray | Sequence) or callable(pictures)):
+        raise ArrayError(
+            f"pictures come as an array, as a function that opens a stream of batches, or as a list of these; got "
+            f"{type(pictures).__name__}: hand in a function, such as lambda: stream"
+        )
     episodes = [pictures] if isinstance(pictures, np.ndarray) or callable(pictures) else list(pictures)
     if len(episodes) == 1 and isinstance(episodes[0], np.ndarray):
         batch = _checked(episodes[0], None)

@@ -29,11 +29,14 @@ def solve_slow(
     ridge: float = 0.0,
     edge_ridge: float = 0.0,
     rank_tolerance: float = RANK_TOLERANCE,
+    trembling: float = 0.0,
 ) -> AffineModel:
     """The ``n_components`` slowest linear features of data with these moments, all that exist where ``None``.
 
     Rank: signals are brought to unit variance, then directions with less than ``rank_tolerance`` of the largest
-    variance are left out, as rounding alone decides what happens there. The units of a signal do not matter.
+    variance are left out, as rounding alone decides what happens there. The units of a signal do not matter, unless
+    ``trembling`` says that they do: signals that deviate by less than this share of the largest deviation are constants
+    that tremble, as those that were computed in single precision from the same numbers.
 
     Ridge: learning behaves as if every sample carried white noise of ``ridge`` times the mean eigenvalue of C, that
     is C + r I and E + 2 r I. Directions of little variance then look fast, as noise does, instead of fitting the
@@ -58,7 +61,7 @@ def solve_slow(
     if moments.n_samples < 2:
         raise LearningError(f"n_samples={moments.n_samples}: slow features need at least 2 samples that differ")
     covariance, edge_covariance = moments.covariance, moments.edge_covariance
-    space = _Space.of(moments, rank_tolerance)
+    space = _Space.of(moments, rank_tolerance, trembling)
     k = space.rank if n_components is None else n_components
     if k > space.rank or space.rank == 0:
         raise LearningError(_too_few_dimensions(moments, max(k, 1), space.rank, rank_tolerance))
@@ -90,12 +93,12 @@ class _Space:
     basis: FloatArray | None
 
     @classmethod
-    def of(cls, moments: Moments, tolerance: float) -> _Space:
+    def of(cls, moments: Moments, tolerance: float, trembling: float) -> _Space:
         covariance = moments.covariance
         variance = covariance.diagonal()
         # A signal computed in floating point may tremble in its last digits: that is not variance.
         rounding = (8 * np.finfo(np.float64).eps * moments.mean) ** 2
-        live = np.flatnonzero(variance > rounding)
+        live = np.flatnonzero(variance > np.maximum(rounding, trembling**2 * variance.max(initial=0.0)))
         scale = np.sqrt(variance[live])
         if len(live) == 0:
             return cls(moments.dim, live, scale, None)
