@@ -21,18 +21,18 @@ def figures(median, mean, p95, unit="m"):
         ((1, 2, 3), {}, None),
         ((1, 2, 3), {"a": (2, 3, 4)}, "The map is better than every baseline in median, mean and 95 % error."),
         ((1, 2, 3), {"a": (1, 2, 3)}, "The best baseline is as good as the map in median, mean and 95 % error."),
-        ((1.001, 2, 3), {"a": (1.0, 3, 3)}, "The map is better than every baseline in mean."),
+        ((1.0001, 2, 3), {"a": (1.0, 3, 3)}, "The map is better than every baseline in mean."),
         (
             (1, 2, 3),
             {"a": (0.5, 1.5, 9), "b": (0.7, 9, 9)},
-            "The map does not win everywhere: a is better in median (0.50 against 1.00 m) and mean (1.50 against "
-            "2.00 m). It is better than every baseline in 95 % error.",
+            "The map does not win everywhere: a is better in median (0.500 against 1.000 m) and mean (1.500 "
+            "against 2.000 m). It is better than every baseline in 95 % error.",
         ),
         (
             (1, 2, 3),
             {"a": (0.5, 2, 3), "b": (1, 1, 3)},
-            "The map does not win: a is better in median (0.50 against 1.00 m); b is better in mean (1.00 against "
-            "2.00 m).",
+            "The map does not win: a is better in median (0.500 against 1.000 m); b is better in mean "
+            "(1.000 against 2.000 m).",
         ),
     ],
 )

@@ -14,7 +14,7 @@ def verdict(figures: Figures, baselines: Mapping[str, Figures]) -> str | None:
 
     ``None`` where there is nothing to compare.
     """
-    digits = 2 if figures.places is None else 1
+    digits = 3 if figures.places is None else 1
     better: list[str] = []
     worse: dict[str, list[str]] = {}
     for statistic, title in _STATISTICS.items():
