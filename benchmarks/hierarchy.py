@@ -34,10 +34,9 @@ from andante.sfa import (
     one_thread,
     pca_of_samples,
 )
-from speed import SESSIONS, WORK, environment
+from speed import SESSIONS, WORK, best, environment
 
 FLOOR = 20.0
-REPEATS = 3
 MDP_BATCH = 100
 PCA_COMPONENTS = 300
 LANDMARK_CORNER = (180, 20)
@@ -62,15 +61,6 @@ def prepared(data: Path) -> dict[str, Path]:
     np.save(files["panoramas"], np.stack(panoramas))
     np.save(files["landmarks"], np.stack(landmarks))
     return files
-
-
-def best(function: Callable[[], object]) -> float:
-    spent = []
-    for _ in range(REPEATS):
-        start = time.perf_counter()
-        function()
-        spent.append(time.perf_counter() - start)
-    return min(spent)
 
 
 def picture_ms(function: Callable[[np.ndarray], object], pictures: np.ndarray) -> float:

@@ -15,7 +15,7 @@ from andante.mapping.compact import CompactModel
 from andante.mapping.config import MapConfig
 from andante.mapping.frontend import FrontEnd, camera_and_size
 from andante.mapping.learning import Ground, Learnt, Recipe, learn_slow
-from andante.mapping.lessons import lessons_of, locate_held_out, readout_of
+from andante.mapping.lessons import lessons_of, readout_of, try_held_out
 from andante.mapping.located import Readout
 from andante.mapping.memory import MappedSession, bounded
 from andante.mapping.network import crosses_seam
@@ -102,7 +102,7 @@ def learn_map(
         progress("learn", 2, 3)
     with log.timed("readout"):
         with one_thread():
-            locate_fold = partial(locate_held_out, lessons, recipe, config)
+            locate_fold = partial(try_held_out, lessons, recipe, config)
             calibration = calibrate(ground, lessons.folds, locate_fold, config.calibration.coverage)
         model = CompactModel.of(learnt.model if pca is None else learnt.model.after(pca))
         readout = _final_readout(features, model, learnt, ground, config)

@@ -11,15 +11,14 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-import shutil
 import time
-import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from andante.errors import MapError
+from andante.mapping.artifact import replace_file
 from andante.mapping.slow_map import SlowMap
 
 MAX_VERSIONS = 20
@@ -164,13 +163,9 @@ def _locked(folder: Path) -> Iterator[None]:
 
 def _copy(source: Path, target: Path) -> None:
     """The bytes and times of a file under another name, all at once."""
-    part = target.parent / f".{target.name}.{uuid.uuid4().hex}.part"
     try:
-        shutil.copy2(source, part)
-        with part.open("rb+") as file:
-            os.fsync(file.fileno())
-        part.replace(target)
+        status = source.stat()
+        replace_file(target, source.read_bytes())
+        os.utime(target, ns=(status.st_atime_ns, status.st_mtime_ns))
     except OSError as error:
         raise MapError(f"{target} cannot be written: {error.strerror}; check space and permissions") from None
-    finally:
-        part.unlink(missing_ok=True)

@@ -52,19 +52,31 @@ def lessons_of(sessions: Sequence[MappedSession], features: Codes, config: MapCo
     return Lessons(*_compressed(features, config), ground, Folds.of(ground, names, config.calibration))
 
 
-def locate_held_out(
-    lessons: Lessons, recipe: Recipe, config: MapConfig, train: Mask, test: Mask
-) -> tuple[Located, FloatArray]:
-    """Learn from the frames of ``train`` (n,) alone, locate those of ``test`` (n,) and say how like strangers they are.
+def locate_held_out(lessons: Lessons, recipe: Recipe, config: MapConfig, train: Mask, test: Mask) -> Located:
+    """Learn from the frames of ``train`` (n,) alone and locate those of ``test`` (n,).
 
     Everything behind the compression is learnt anew. Raises ``LearningError`` where too little is left to learn from.
     """
-    x, spread, inside = lessons.x, lessons.spread, lessons.ground.subset(train)
-    learnt = learn_slow(x[train], inside, recipe, config.seed)
-    readout = readout_of(learnt.model.transform(x[train]), learnt, inside, config, spread[train])
-    slow = learnt.model.transform(x[test])
-    apart = _APART_RADII * inside.radius
-    return readout.locate(slow), readout.strangers(slow, lessons.ground.xy[test], apart, spread[test])
+    readout, slow = _taught(lessons, recipe, config, train, test)
+    return readout.locate(slow)
+
+
+def try_held_out(
+    lessons: Lessons, recipe: Recipe, config: MapConfig, train: Mask, test: Mask
+) -> tuple[Located, FloatArray]:
+    """The same, and how like strangers the located frames are."""
+    readout, slow = _taught(lessons, recipe, config, train, test)
+    apart = _APART_RADII * lessons.ground.radius
+    return readout.locate(slow), readout.strangers(slow, lessons.ground.xy[test], apart, lessons.spread[test])
+
+
+def _taught(lessons: Lessons, recipe: Recipe, config: MapConfig, train: Mask, test: Mask) -> tuple[Readout, FloatArray]:
+    """A readout of the frames of ``train`` alone, and the slow features that it takes of those of ``test``."""
+    inside = lessons.ground.subset(train)
+    learnt = learn_slow(lessons.x[train], inside, recipe, config.seed)
+    slow = learnt.model.transform(lessons.x[train])
+    readout = readout_of(slow, learnt, inside, config, lessons.spread[train])
+    return readout, learnt.model.transform(lessons.x[test])
 
 
 def readout_of(slow: FloatArray, learnt: Learnt, ground: Ground, config: MapConfig, spread: FloatArray) -> Readout:

@@ -283,7 +283,7 @@ def _harm(
     recipe = recipe_of(config.learning)
 
     def errors(train: Mask, test: Mask) -> FloatArray:
-        located, _ = locate_held_out(lessons, recipe, config, train, test)
+        located = locate_held_out(lessons, recipe, config, train, test)
         capped: FloatArray = np.minimum(
             np.linalg.norm(located.xy - lessons.ground.xy[test], axis=1), _CAP_RADII * radius
         )
