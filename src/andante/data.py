@@ -187,13 +187,23 @@ class Hypothesis:
 
 
 @dataclass(frozen=True, slots=True)
+class Fix:
+    """A position in the frame of the map from elsewhere, as of RTK; ``sigma_m`` is its deviation along each axis."""
+
+    x_m: float
+    y_m: float
+    sigma_m: float
+
+
+@dataclass(frozen=True, slots=True)
 class Estimate:
     """Where a robot is, how sure that is, and why not where it is not.
 
     ``x_m, y_m, heading_rad`` are ``None`` where the status is lost or off_map: a lost robot has no
     plausible pose. ``hypotheses`` (best first) hold what was considered, whatever the status.
     ``covariance`` is (3, 3) over x, y, heading with NaN for an unknown heading; ``radius_m`` is a 90 %
-    radius calibrated on held-out data. In a map of numbered places ``place`` is set and metres are not.
+    radius calibrated on held-out data. ``likeness`` says from 1 to 0 how much the image looks like a mapped place, by
+    itself, whatever the status. In a map of numbered places ``place`` is set and metres are not.
     """
 
     status: Status
@@ -204,6 +214,7 @@ class Estimate:
     covariance: FloatArray | None = None
     radius_m: float | None = None
     place: int | None = None
+    likeness: float | None = None
     hypotheses: tuple[Hypothesis, ...] = field(default=(), repr=False)
 
     def as_dict(self) -> dict[str, Any]:
@@ -218,6 +229,7 @@ class Estimate:
             "radius_m": self.radius_m,
             "covariance": covariance,
             "place": self.place,
+            "likeness": self.likeness,
             "status": str(self.status),
             "reason": self.reason,
         }

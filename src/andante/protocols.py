@@ -10,7 +10,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from andante.data import CameraSpec, Estimate, Frame, FrameInfo, ImageArray, Pose2D
+from andante.data import CameraSpec, Estimate, Fix, Frame, FrameInfo, ImageArray, Pose2D
 
 SkipCallback = Callable[[FrameInfo, str], None]
 """Called with a frame that had to be skipped and a one-line reason."""
@@ -98,6 +98,23 @@ class Localizer(Protocol):
 
     def localize(self, image: ImageArray) -> Estimate:
         """Grey (height, width) or BGR (height, width, 3) uint8 -> estimate."""
+        ...
+
+
+@runtime_checkable
+class Tracker(Protocol):
+    """Images and odometry over time in, an estimate of now out."""
+
+    @property
+    def name(self) -> str:
+        """The name in tables."""
+        ...
+
+    def update(self, frame: Frame, fix: Fix | None = None) -> Estimate:
+        """One frame, whose ``info.odometry`` may be unknown, and a position from elsewhere where there is one.
+
+        Frames come as they come: late, twice, out of order or not at all.
+        """
         ...
 
 

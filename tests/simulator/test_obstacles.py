@@ -19,7 +19,7 @@ def test_clearance_is_the_distance_to_a_dense_outline(along, across):
     outline = np.concatenate([[(a, s * 0.5) for a in u for s in (-1, 1)], [(s * 2.0, b) for b in v for s in (-1, 1)]])
     distance = np.linalg.norm(outline - (along, across), axis=1).min()
     assert abs(abs(clearance) - distance) < 0.006
-    assert (clearance < 0) == (abs(along) < 2.0 and abs(across) < 0.5) or distance < 1e-9
+    assert (clearance < 0) == (abs(along) < 2.0 and abs(across) < 0.5) or abs(clearance) < 1e-9
 
 
 def test_the_nearest_of_many_counts_and_without_any_there_is_room_everywhere():
