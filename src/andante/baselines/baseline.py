@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from andante.data import Estimate, FloatArray, Hypothesis, ImageArray, Status
 from andante.errors import BlankImageError
 from andante.mapping import FrontEnd
+from andante.mapping.frontend import Encoded
 from andante.mapping.slow_map import Unit
 
 
@@ -36,14 +37,14 @@ class Baseline(ABC):
     def localize(self, image: ImageArray) -> Estimate:
         """Grey (height, width) or BGR (height, width, 3) uint8; lost only where the picture shows nothing."""
         try:
-            features = self.front_end.features(image)
+            encoded = self.front_end.encode(image)
         except BlankImageError as error:
             return Estimate(Status.LOST, str(error))
-        return self.estimate(features)
+        return self.estimate(encoded)
 
-    def estimate(self, features: NDArray[np.float32]) -> Estimate:
-        """The same from a feature vector (d,)."""
-        x, y = (float(value) for value in self.position(features))
+    def estimate(self, encoded: Encoded) -> Estimate:
+        """The same from one picture that is encoded already."""
+        x, y = (float(value) for value in self.position(encoded.features[0]))
         reason, best = f"{self.name} always answers", (Hypothesis(x, y, 1.0),)
         if self.unit == "place":
             return Estimate(Status.OK, reason, place=round(x), hypotheses=best)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from andante.data import Estimate, Frame, FrameInfo, Status
 from andante.errors import BlankImageError
 from andante.mapping import FrontEnd, Progress
+from andante.mapping.frontend import Encoded
 from andante.mapping.store import FeatureStore
 from andante.protocols import Localizer, Recording
 from andante.recordings import map_frames
@@ -53,8 +54,8 @@ class FeatureLocalizer(Protocol):
         """The name in tables."""
         ...
 
-    def estimate(self, features: NDArray[np.float32]) -> Estimate:
-        """(d,) -> estimate."""
+    def estimate(self, encoded: Encoded) -> Estimate:
+        """One picture -> estimate."""
         ...
 
 
@@ -90,9 +91,9 @@ def run_on_features(
 
     The time of that first pass counts fully for every localizer, and so do the seconds of encoding in each frame.
     """
-    with one_thread(), FeatureStore(front_end.dim) as store:
+    with one_thread(), FeatureStore(front_end.dim + front_end.phase_dim) as store:
         encoding = _encode(front_end, recording, store, progress)
-        return [_run_one(localizer, encoding, store) for localizer in localizers]
+        return [_run_one(localizer, encoding, store, front_end.dim) for localizer in localizers]
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +131,8 @@ def _encode(front_end: FrontEnd, recording: Recording, store: FeatureStore, prog
     def encode(frame: Frame) -> tuple[NDArray[np.float32] | None, str | None, float]:
         start = time.perf_counter()
         try:
-            vector, blank = front_end.features(frame.image), None
+            encoded = front_end.encode(frame.image)
+            vector, blank = np.concatenate([encoded.features, encoded.phase], axis=1), None
         except BlankImageError as error:
             vector, blank = None, str(error)
         return vector, blank, time.perf_counter() - start
@@ -139,14 +141,14 @@ def _encode(front_end: FrontEnd, recording: Recording, store: FeatureStore, prog
     skips, frames = _Skips(recording, progress), list[_Encoded]()
     for info, (vector, blank, seconds) in map_frames(recording, encode, on_skip=skips):
         if vector is not None:
-            store.extend(vector[None])
+            store.extend(vector)
         frames.append(_Encoded(info, seconds, blank))
         skips.tell(len(frames))
     return _Encoding(frames, tuple(skips.seen), time.perf_counter() - start)
 
 
-def _run_one(localizer: FeatureLocalizer, encoding: _Encoding, store: FeatureStore) -> Run:
-    vectors = (vector for _, rows in store.chunks() for vector in rows)
+def _run_one(localizer: FeatureLocalizer, encoding: _Encoding, store: FeatureStore, dim: int) -> Run:
+    vectors = (Encoded(row[None, :dim], row[None, dim:]) for _, rows in store.chunks() for row in rows)
     frames = []
     for frame in encoding.frames:
         vector = next(vectors) if frame.blank is None else None

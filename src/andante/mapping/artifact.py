@@ -27,8 +27,9 @@ from andante.data import CameraSpec
 from andante.errors import AndanteError, MapError
 from andante.mapping.calibration import Calibration
 from andante.mapping.compact import CompactModel
+from andante.mapping.compass import Compass
 from andante.mapping.config import MapConfig
-from andante.mapping.consistency import check_memory, check_parts, check_sources
+from andante.mapping.consistency import check_compass, check_memory, check_parts, check_sources
 from andante.mapping.frontend import FrontEnd
 from andante.mapping.memory import Source, memory_arrays, memory_of, rows_of
 from andante.mapping.network import network_arrays, network_of
@@ -36,7 +37,7 @@ from andante.mapping.readout import LocalReadout
 from andante.mapping.regressions import GaussianProcessReadout, PolynomialReadout
 from andante.mapping.slow_map import SlowMap, Unit
 
-SCHEMA = 2
+SCHEMA = 3
 MAX_BYTES = 2**31
 _KEY = "andante"
 _DTYPES = ("F16", "F32", "F64", "I8", "I64", "U32")
@@ -70,6 +71,8 @@ def write_map(slowmap: SlowMap, path: str | Path) -> int:
     arrays = _prefixed("model", slowmap.model.to_arrays()) | _prefixed("readout", slowmap.readout.to_arrays())
     if slowmap.front_end.network is not None:
         arrays |= _prefixed("network", network_arrays(slowmap.front_end.network))
+    if slowmap.compass is not None:
+        arrays |= _prefixed("compass", slowmap.compass.to_arrays())
     arrays["pictures"] = np.concatenate(slowmap.pictures)
     if slowmap.memory is not None:
         arrays |= _prefixed(_MEMORY, memory_arrays(slowmap.memory))
@@ -207,6 +210,7 @@ def _assembled(header: _Header, arrays: dict[str, NDArray[Any]], path: Path) -> 
     model = CompactModel.from_arrays(_section("model", arrays))
     readout = _READOUTS[config.readout.kind].from_arrays(_section("readout", arrays))
     check_parts(front_end, model, readout)
+    compass = _compass(front_end, _section("compass", arrays))
     sources = tuple(_found_again(source, path) for source in header.sources)
     pictures = arrays.get("pictures", np.empty(0, np.uint32))
     check_sources(sources, pictures, header.calibration)
@@ -222,6 +226,7 @@ def _assembled(header: _Header, arrays: dict[str, NDArray[Any]], path: Path) -> 
         front_end=front_end,
         model=model,
         readout=readout,
+        compass=compass,
         calibration=header.calibration,
         sources=sources,
         pictures=fingerprints,
@@ -229,6 +234,17 @@ def _assembled(header: _Header, arrays: dict[str, NDArray[Any]], path: Path) -> 
         name=header.name,
         memory=memory,
     )
+
+
+def _compass(front_end: FrontEnd, arrays: dict[str, NDArray[Any]]) -> Compass | None:
+    """Checked; ``None`` where the map has none."""
+    if not arrays:
+        return None
+    if front_end.phase_encoder is None:
+        raise MapError("it has a compass, which its camera cannot use")
+    compass = Compass.from_arrays(front_end.phase_encoder, arrays)
+    check_compass(compass)
+    return compass
 
 
 def _found_again(source: Source, path: Path) -> Source:

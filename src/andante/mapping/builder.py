@@ -89,7 +89,7 @@ def learn_map(
     # How to learn is chosen and tried on held-out sessions, then all of them are learnt from.
     with log.timed("learn"):
         progress("learn", 0, 3)
-        lessons = lessons_of(sessions, features, config)
+        lessons = lessons_of(sessions, features, config, front_end.phase_encoder)
         pca, ground = lessons.pca, lessons.ground
         # Many small problems: on a busy machine two threads of BLAS wait for each other longer than they work.
         with one_thread():
@@ -103,7 +103,7 @@ def learn_map(
     with log.timed("readout"):
         with one_thread():
             locate_fold = partial(try_held_out, lessons, recipe, config)
-            calibration = calibrate(ground, lessons.folds, locate_fold, config.calibration.coverage)
+            calibration = calibrate(ground, lessons.heading, lessons.folds, locate_fold, config.calibration.coverage)
         model = CompactModel.of(learnt.model if pca is None else learnt.model.after(pca))
         readout = _final_readout(features, model, learnt, ground, config)
         progress("learn", 3, 3)
@@ -113,6 +113,7 @@ def learn_map(
         front_end=front_end,
         model=model,
         readout=readout,
+        compass=lessons.compass(np.ones(len(ground), dtype=np.bool_)),
         calibration=calibration,
         sources=tuple(session.source for session in sessions),
         pictures=tuple(session.pictures for session in sessions),

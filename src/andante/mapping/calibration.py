@@ -7,8 +7,8 @@ principal components, which knows no positions, is shared.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
 from typing import Literal
 
 import numpy as np
@@ -17,14 +17,16 @@ from andante.data import FloatArray
 from andante.errors import LearningError
 from andante.mapping.folds import Folds, Mask
 from andante.mapping.learning import Ground
-from andante.mapping.located import Located
+from andante.mapping.locating import Sighting
 
 Kind = Literal["sessions", "blocks", "none"]
-FoldLocator = Callable[[Mask, Mask], tuple[Located, FloatArray]]
+FoldLocator = Callable[[Mask, Mask], tuple[Sighting, FloatArray]]
 """Learns from the frames of the first mask, locates those of the second and says how like strangers they are."""
 
 _STRANGERS: dict[str, tuple[float, float]] = {"sessions": (0.9, 0.99), "blocks": (0.5, 0.9)}
 _FEW_DISAGREE = 0.01
+_ANOTHER_DRIVE = 1.8
+"""How much larger errors are on another drive, off this one's line, than between its frames: measured in gardens."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +46,13 @@ class Fold:
 class Calibration:
     """What held-out frames allow to promise.
 
-    ``radius_factor`` times a readout's sigma holds the truth for the configured share of held-out frames (split
-    conformal, theory 9). An image is off the map where its likeness is below ``off_map_below`` and degraded where
-    likeness times agreement is below ``degraded_below``: what 90 % and 99 % of held-out images do not reach once
-    their own place is taken off the map. Held-out blocks of one session show no other light, in which all likeness is
-    smaller; there it is 50 % and 90 %. Lost is where less than ``lost_below`` of the evidence agrees.
+    ``radius_factor`` times the sigma of a sighting holds the truth for the configured share of held-out frames (split
+    conformal, theory 9), ``heading_factor`` in radians times its doubt the heading, ``None`` where none is known. An
+    image is off the map where its likeness is below ``off_map_below`` and degraded where likeness times agreement is
+    below ``degraded_below``: what 90 % and 99 % of held-out images do not reach once their own place is taken off the
+    map. Held-out blocks of one session show no other light, in which all likeness is smaller; there it is 50 % and
+    90 %. Lost is where less than ``lost_below`` of the evidence agrees. ``usual_likeness`` is the median of held-out
+    images.
     """
 
     kind: Kind
@@ -56,36 +60,73 @@ class Calibration:
     degraded_below: float
     lost_below: float
     off_map_below: float
+    heading_factor: float | None = None
+    usual_likeness: float | None = None
     folds: tuple[Fold, ...] = ()
 
 
-def calibrate(ground: Ground, folds: Folds, locate_fold: FoldLocator, coverage: float) -> Calibration:
-    """Cross-validate and turn held-out errors into a radius factor and thresholds."""
-    errors, sigmas, agreement, strangers, figures = [], [], [], [], []
+def calibrate(
+    ground: Ground, heading: FloatArray, folds: Folds, locate_fold: FoldLocator, coverage: float
+) -> Calibration:
+    """Cross-validate and turn held-out errors into factors and thresholds; ``heading`` (n,) is NaN where unknown."""
+    tries, figures = list[_Held](), list[Fold]()
     for label, members, (train, test) in zip(folds.labels, folds.members, folds, strict=True):
-        if not test.any() or test.all():
-            continue
-        try:
-            located, strange = locate_fold(train, test)
-        except LearningError:
-            continue  # too little is left to learn from without this part: nothing can be said of it
-        error = np.linalg.norm(located.xy - ground.xy[test], axis=1)
-        errors.append(error)
-        sigmas.append(located.sigma)
-        agreement.append(located.agreement)
-        strangers.append(strange)
-        figures.append(_fold(label, members, error))
-    if not errors:
+        tried = _held_out(ground, heading, train, test, locate_fold)
+        if tried is not None:
+            tries.append(tried)
+            figures.append(_fold(label, members, tried.error))
+    if not tries:
         return Calibration("none", 3.0, 0.0, 0.0, 0.0)
-    off_map, degraded = _quantiles(np.concatenate(strangers), *_STRANGERS[folds.kind])
+    every = _Held.joined(tries)
+    off_map, degraded = _quantiles(every.strangers, *_STRANGERS[folds.kind])
+    promised, unseen = every, 1.0
+    if folds.kind == "blocks":
+        # In the middle of a block there is nothing near that is mapped; between two frames there is, as in a drive.
+        every_third = np.arange(len(ground)) % 3 == 1
+        promised, unseen = _held_out(ground, heading, ~every_third, every_third, locate_fold) or every, _ANOTHER_DRIVE
+    turn = promised.turn[np.isfinite(promised.turn)]
     return Calibration(
         kind=folds.kind,
-        radius_factor=conformal_factor(np.concatenate(errors), np.concatenate(sigmas), coverage),
+        radius_factor=unseen * conformal_factor(promised.error, promised.sigma, coverage),
         degraded_below=degraded,
-        lost_below=min(0.5, float(np.quantile(np.concatenate(agreement), _FEW_DISAGREE))),
+        lost_below=min(0.5, float(np.quantile(every.agreement, _FEW_DISAGREE))),
         off_map_below=off_map,
+        heading_factor=unseen * conformal_factor(turn, np.ones(len(turn)), coverage) if len(turn) else None,
+        usual_likeness=float(np.median(promised.likeness)),
         folds=tuple(figures),
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Held:
+    """Held-out frames (n,): how wrong they were, ``turn`` divided by the doubt, and m of their likes as strangers."""
+
+    error: FloatArray
+    turn: FloatArray
+    sigma: FloatArray
+    agreement: FloatArray
+    likeness: FloatArray
+    strangers: FloatArray
+
+    @classmethod
+    def joined(cls, parts: Sequence[_Held]) -> _Held:
+        return cls(*(np.concatenate([getattr(part, one.name) for part in parts]) for one in fields(cls)))
+
+
+def _held_out(ground: Ground, heading: FloatArray, train: Mask, test: Mask, locate_fold: FoldLocator) -> _Held | None:
+    """``None`` where nothing is held out, or too little is left to learn from."""
+    if not test.any() or test.all():
+        return None
+    try:
+        sighting, strangers = locate_fold(train, test)
+    except LearningError:
+        return None
+    located, bearings = sighting.located, sighting.bearings
+    turn = np.full(len(located.xy), np.nan)
+    if bearings is not None:
+        turn = np.abs(np.mod(bearings.heading - heading[test] + np.pi, 2 * np.pi) - np.pi) / sighting.doubt
+    error = np.linalg.norm(located.xy - ground.xy[test], axis=1)
+    return _Held(error, turn, sighting.sigma, located.agreement, sighting.likeness, strangers)
 
 
 def _quantiles(values: FloatArray, *shares: float) -> list[float]:

@@ -12,15 +12,16 @@ from andante.errors import MapError
 from andante.mapping.calibration import Calibration
 from andante.mapping.codes import LARGEST_CODE, Codes
 from andante.mapping.compact import CompactModel
+from andante.mapping.compass import Compass
 from andante.mapping.config import MAX_DEGREE
 from andante.mapping.frontend import FrontEnd
 from andante.mapping.located import Readout
-from andante.mapping.memory import Source, rows_of
+from andante.mapping.memory import Source, phase_of, rows_of
 from andante.mapping.readout import LocalReadout
 from andante.mapping.regressions import GaussianProcessReadout, PolynomialReadout
 from andante.sfa.arrays import require_names
 
-_FARTHEST = 1e9
+_FARTHEST, _FINEST_M = 1e9, 1e-3
 
 
 def check_parts(front_end: FrontEnd, model: CompactModel, readout: Readout) -> None:
@@ -41,6 +42,15 @@ def check_parts(front_end: FrontEnd, model: CompactModel, readout: Readout) -> N
         _check_gaussian_process(readout, k)
 
 
+def check_compass(compass: Compass) -> None:
+    """Whether signatures, places and encoder fit each other; raises ``MapError``."""
+    count = len(compass.codes)
+    _check_codes("compass", compass.codes, count, compass.encoder.dim)
+    _expect("compass.xy", compass.xy, (count, 2), "f8")
+    if not count or (np.abs(compass.xy) > _FARTHEST).any() or not _FINEST_M <= compass.cell_m <= _FARTHEST:
+        raise MapError(f"a compass of {count} places of {compass.cell_m:g} m")
+
+
 def check_sources(sources: Sequence[Source], pictures: NDArray[Any], calibration: Calibration) -> None:
     """Whether the map's sources, their fingerprints and the trials on them speak of the same; raises ``MapError``."""
     if any(source.frames < 0 for source in sources):
@@ -53,9 +63,11 @@ def check_sources(sources: Sequence[Source], pictures: NDArray[Any], calibration
 
 def check_memory(arrays: Mapping[str, NDArray[Any]], sources: Sequence[Source], front_end: FrontEnd) -> None:
     """Whether what a map remembers fits its sources and its features; raises ``MapError``."""
-    require_names(arrays, ("codes", "scale", "xy", "heading", "number"), "the memory of a map")
+    names = ("codes", "scale", "phase.codes", "phase.scale", "xy", "heading", "number")
+    require_names(arrays, names, "the memory of a map")
     n = sum(source.frames for source in sources)
     _check_codes("memory", Codes.from_arrays(arrays), n, front_end.dim)
+    _check_codes("memory.phase", phase_of(arrays), n, front_end.phase_dim)
     _expect("memory.xy", arrays["xy"], (n, 2), "f8")
     _expect("memory.heading", arrays["heading"], (n,), "f8")
     _expect("memory.number", arrays["number"], (n,), "i8")

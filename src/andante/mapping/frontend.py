@@ -1,10 +1,13 @@
-"""From a picture to its feature vector: camera, panorama and encoder in one callable."""
+"""From a picture to its feature vector and its phases: camera, panorama and encoders in one callable."""
 
 from __future__ import annotations
 
 import contextlib
 import dataclasses
-from typing import Literal
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, Self
 
 import cv2
 import numpy as np
@@ -13,7 +16,7 @@ from numpy.typing import NDArray
 from andante.camera import Unwrapper, with_found_circle
 from andante.data import CameraSpec, ImageArray
 from andante.errors import BlankImageError, ConfigError, ImageError, RecordingError
-from andante.features import FourierEncoder, NetworkEncoder, PixelEncoder
+from andante.features import FourierEncoder, NetworkEncoder, PhaseEncoder, PixelEncoder
 from andante.mapping.config import FeatureConfig, PanoramaConfig
 from andante.protocols import Encoder, Recording
 from andante.sfa import HierarchicalModel
@@ -22,6 +25,25 @@ Kind = Literal["fourier", "flat", "pixels"]
 MIN_CONTRAST = 3.0
 """Standard deviation in grey levels below which a panorama shows nothing."""
 _CIRCLE_FRAMES = 12
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Encoded:
+    """n pictures as a map sees them: ``features`` (n, d) and ``phase`` (n, p) float32.
+
+    Phases are signatures of ``PhaseEncoder``; p is 0 for cameras that do not look all around.
+    """
+
+    features: NDArray[np.float32]
+    phase: NDArray[np.float32]
+
+    def __len__(self) -> int:
+        return len(self.features)
+
+    @classmethod
+    def joined(cls, parts: Sequence[Encoded]) -> Self:
+        """At least one, one after the other."""
+        return cls(np.concatenate([one.features for one in parts]), np.concatenate([one.phase for one in parts]))
 
 
 def make_encoder(
@@ -119,6 +141,16 @@ class FrontEnd:
         """Length of the feature vector."""
         return self.encoder.dim
 
+    @cached_property
+    def phase_encoder(self) -> PhaseEncoder | None:
+        """What turns panoramas into phases; ``None`` for cameras that do not look all around."""
+        return PhaseEncoder(*self.panorama_shape) if self.camera.heading_invariant else None
+
+    @property
+    def phase_dim(self) -> int:
+        """Length of a phase signature, 0 where there is none."""
+        return 0 if self.phase_encoder is None else self.phase_encoder.dim
+
     def with_network(self, network: HierarchicalModel) -> FrontEnd:
         """The same panoramas, and the features that a network makes of them."""
         panorama = PanoramaConfig(**dataclasses.asdict(self.geometry))
@@ -169,6 +201,17 @@ class FrontEnd:
     def features(self, image: ImageArray) -> NDArray[np.float32]:
         """(height, width[, 3]) uint8 -> (dim,); raises as ``grey_panorama`` does."""
         return self.encoder.encode(self.grey_panorama(image))
+
+    def phases(self, panoramas: ImageArray) -> NDArray[np.float32]:
+        """Grey panoramas (n, height, width) -> (n, phase_dim)."""
+        if self.phase_encoder is None:
+            return np.empty((len(panoramas), 0), dtype=np.float32)
+        return self.phase_encoder.encode(panoramas)
+
+    def encode(self, image: ImageArray) -> Encoded:
+        """One picture (height, width[, 3]) uint8 -> all that a map wants of it; raises as ``grey_panorama`` does."""
+        panorama = self.grey_panorama(image)[None]
+        return Encoded(self.encoder.encode(panorama), self.phases(panorama))
 
     def _made_encoder(self) -> Encoder:
         wrap = self.camera.heading_invariant

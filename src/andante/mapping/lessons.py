@@ -10,11 +10,14 @@ from numpy.typing import NDArray
 
 from andante.data import FloatArray
 from andante.errors import LearningError
+from andante.features import PhaseEncoder
 from andante.mapping.codes import Codes
+from andante.mapping.compass import Compass
 from andante.mapping.config import MapConfig
 from andante.mapping.folds import Folds, Mask
 from andante.mapping.learning import Ground, Learnt, Recipe, learn_slow, typical_radius
-from andante.mapping.located import Located, Readout
+from andante.mapping.located import Hidden, Readout
+from andante.mapping.locating import Locator, Sighting
 from andante.mapping.memory import MappedSession
 from andante.mapping.readout import fit_readout
 from andante.sfa import PCA, pca_of_samples
@@ -30,7 +33,8 @@ _APART_RADII = 4
 class Lessons:
     """n frames: compressed features ``x`` (n, p), their distance ``spread`` (n,) from the average, ground and folds.
 
-    ``pca`` is the compression, ``None`` where there is none; it knows no positions.
+    ``pca`` is the compression, ``None`` where there is none; it knows no positions. ``phase`` and ``heading`` (n,) are
+    what a compass is made of, by ``phase_encoder``.
     """
 
     x: NDArray[np.float32]
@@ -38,6 +42,18 @@ class Lessons:
     pca: PCA | None
     ground: Ground
     folds: Folds
+    phase: Codes
+    heading: FloatArray
+    phase_encoder: PhaseEncoder | None
+
+    def compass(self, of: Mask) -> Compass | None:
+        """The compass of some frames; ``None`` where there is none."""
+        if self.phase_encoder is None:
+            return None
+        ground = self.ground
+        return Compass.fit(
+            self.phase_encoder, self.phase.subset(of), ground.xy[of], self.heading[of], cell_m=ground.radius
+        )
 
     @property
     def sessions(self) -> int:
@@ -45,38 +61,48 @@ class Lessons:
         return len(np.unique(self.ground.session))
 
 
-def lessons_of(sessions: Sequence[MappedSession], features: Codes, config: MapConfig) -> Lessons:
+def lessons_of(
+    sessions: Sequence[MappedSession], features: Codes, config: MapConfig, phase_encoder: PhaseEncoder | None = None
+) -> Lessons:
     """From all frames of some sessions, whose ``features`` come one session after the other."""
     ground = ground_of(sessions, config)
     names = [session.source.name for session in sessions]
-    return Lessons(*_compressed(features, config), ground, Folds.of(ground, names, config.calibration))
+    return Lessons(
+        *_compressed(features, config),
+        ground,
+        Folds.of(ground, names, config.calibration),
+        Codes.joined([session.phase for session in sessions]),
+        np.concatenate([session.heading_rad for session in sessions]),
+        phase_encoder,
+    )
 
 
-def locate_held_out(lessons: Lessons, recipe: Recipe, config: MapConfig, train: Mask, test: Mask) -> Located:
+def locate_held_out(lessons: Lessons, recipe: Recipe, config: MapConfig, train: Mask, test: Mask) -> Sighting:
     """Learn from the frames of ``train`` (n,) alone and locate those of ``test`` (n,).
 
     Everything behind the compression is learnt anew. Raises ``LearningError`` where too little is left to learn from.
     """
-    readout, slow = _taught(lessons, recipe, config, train, test)
-    return readout.locate(slow)
+    locator, slow = _taught(lessons, recipe, config, train, test)
+    return locator.sight(slow, lessons.spread[test], lessons.phase.rows(test))
 
 
 def try_held_out(
     lessons: Lessons, recipe: Recipe, config: MapConfig, train: Mask, test: Mask
-) -> tuple[Located, FloatArray]:
+) -> tuple[Sighting, FloatArray]:
     """The same, and how like strangers the located frames are."""
-    readout, slow = _taught(lessons, recipe, config, train, test)
-    apart = _APART_RADII * lessons.ground.radius
-    return readout.locate(slow), readout.strangers(slow, lessons.ground.xy[test], apart, lessons.spread[test])
+    locator, slow = _taught(lessons, recipe, config, train, test)
+    seen = slow, lessons.spread[test], lessons.phase.rows(test)
+    own = Hidden(lessons.ground.xy[test], _APART_RADII * lessons.ground.radius)
+    return locator.sight(*seen), locator.strangers(*seen, own)
 
 
-def _taught(lessons: Lessons, recipe: Recipe, config: MapConfig, train: Mask, test: Mask) -> tuple[Readout, FloatArray]:
-    """A readout of the frames of ``train`` alone, and the slow features that it takes of those of ``test``."""
+def _taught(lessons: Lessons, recipe: Recipe, config: MapConfig, train: Mask, test: Mask) -> tuple[Locator, FloatArray]:
+    """What the frames of ``train`` alone teach, and the slow features that it takes of those of ``test``."""
     inside = lessons.ground.subset(train)
     learnt = learn_slow(lessons.x[train], inside, recipe, config.seed)
     slow = learnt.model.transform(lessons.x[train])
     readout = readout_of(slow, learnt, inside, config, lessons.spread[train])
-    return readout, learnt.model.transform(lessons.x[test])
+    return Locator(readout, lessons.compass(train)), learnt.model.transform(lessons.x[test])
 
 
 def readout_of(slow: FloatArray, learnt: Learnt, ground: Ground, config: MapConfig, spread: FloatArray) -> Readout:

@@ -18,12 +18,13 @@ from scipy.spatial.distance import cdist
 
 from andante.data import FloatArray
 from andante.errors import LearningError, MapError, RecordingError, SessionRefusedError
+from andante.features import PhaseEncoder
 from andante.mapping.builder import learn_map
 from andante.mapping.codes import Codes
 from andante.mapping.config import MapConfig
 from andante.mapping.folds import Folds, Mask
+from andante.mapping.frontend import Encoded
 from andante.mapping.lessons import lessons_of, locate_held_out
-from andante.mapping.located import tempered
 from andante.mapping.memory import MappedSession
 from andante.mapping.network import same_network
 from andante.mapping.odometry import in_one_frame
@@ -223,12 +224,12 @@ def _trial_of(slowmap: SlowMap, memory: Sequence[MappedSession], session: Mapped
     mapped = KDTree(np.concatenate([one.xy for one in memory]))
     beside = np.asarray(mapped.query(session.xy)[0])
     overlap = beside <= radius
-    found, sure = _located(slowmap, session.codes)
+    found, sure = _located(slowmap, session)
     apart = np.linalg.norm(found - session.xy, axis=1)
     near = apart[overlap]
     # On new ways an image is found at the mapped place beside it: the closer that is, the more it tells.
     closest = apart[beside <= max(radius / 2, np.partition(beside, _FEWEST_FRAMES - 1)[_FEWEST_FRAMES - 1])]
-    before, after = _harm(config, memory, session, radius)
+    before, after = _harm(config, slowmap.front_end.phase_encoder, memory, session, radius)
     return Trial(
         name=session.source.name,
         frames=len(session),
@@ -254,19 +255,23 @@ def _share(true: NDArray[np.bool_]) -> float:
     return float(true.mean()) if true.size else 0.0
 
 
-def _located(slowmap: SlowMap, codes: Codes) -> tuple[FloatArray, NDArray[np.bool_]]:
+def _located(slowmap: SlowMap, session: MappedSession) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Positions (n, 2) of remembered frames, and whether (n,) the map has no doubt about them."""
     xy, sure, bounds = [np.empty((0, 2))], [np.empty(0, dtype=np.bool_)], slowmap.calibration
-    for _, rows in codes.chunks():
-        located = slowmap.readout.locate(slowmap.model.transform(rows))
-        likeness = tempered(located.likeness, slowmap.model.spread(rows), located.spread)
-        xy.append(located.xy)
-        sure.append((located.agreement >= max(bounds.lost_below, 0.5)) & (likeness >= bounds.degraded_below))
+    for covered, rows in session.codes.chunks():
+        sighting = slowmap.sight(Encoded(rows, session.phase.rows(covered)))
+        xy.append(sighting.located.xy)
+        agreeing = sighting.located.agreement >= max(bounds.lost_below, 0.5)
+        sure.append(agreeing & (sighting.likeness >= bounds.degraded_below))
     return np.concatenate(xy), np.concatenate(sure)
 
 
 def _harm(
-    config: MapConfig, memory: Sequence[MappedSession], session: MappedSession, radius: float
+    config: MapConfig,
+    phase_encoder: PhaseEncoder | None,
+    memory: Sequence[MappedSession],
+    session: MappedSession,
+    radius: float,
 ) -> tuple[float | None, float | None]:
     """Mean capped errors of the mapped frames, held out, without and with a new session; the same frames in both.
 
@@ -275,7 +280,8 @@ def _harm(
     if len(memory) < 2:
         return None, None
     sessions = [*memory, session]
-    lessons = lessons_of(sessions, Codes.joined([one.codes for one in sessions]), config)
+    features = Codes.joined([one.codes for one in sessions])
+    lessons = lessons_of(sessions, features, config, phase_encoder)
     n = sum(len(one) for one in memory)
     mapped = np.arange(len(lessons.x)) < n
     calibration = config.calibration.model_copy(update={"folds": _FOLDS})
@@ -283,7 +289,7 @@ def _harm(
     recipe = recipe_of(config.learning)
 
     def errors(train: Mask, test: Mask) -> FloatArray:
-        located = locate_held_out(lessons, recipe, config, train, test)
+        located = locate_held_out(lessons, recipe, config, train, test).located
         capped: FloatArray = np.minimum(
             np.linalg.norm(located.xy - lessons.ground.xy[test], axis=1), _CAP_RADII * radius
         )

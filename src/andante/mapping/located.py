@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, Protocol
 
@@ -48,18 +48,25 @@ class Located:
         return sigma
 
 
+Witness = Callable[[slice, FloatArray], FloatArray]
+"""How much (m, c) the images of some rows speak for candidate positions (m, c, 2), beyond their slow features."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hidden:
+    """References to do without: those within ``radius`` of the spot ``around`` (n, 2) of each image."""
+
+    around: FloatArray
+    radius: float
+
+
 class Readout(Protocol):
     """Slow features (n, k) -> positions."""
 
-    def locate(self, slow: FloatArray) -> Located:
-        """(n, k) -> n positions with their uncertainty."""
-        ...
+    def locate(self, slow: FloatArray, witness: Witness | None = None, hidden: Hidden | None = None) -> Located:
+        """(n, k) -> n positions with their uncertainty.
 
-    def strangers(self, slow: FloatArray, xy: FloatArray, apart: float, spread: FloatArray | None = None) -> FloatArray:
-        """Likeness (n,) that images (n, k) of places ``xy`` (n, 2) would have were these places not mapped.
-
-        Everything within ``apart`` of the image's true place is ignored; ``spread`` (n,), where known, tempers the
-        likeness as for an estimate (see ``tempered``). Empty for readouts that cannot.
+        A readout that weighs references asks the ``witness`` and leaves out what is ``hidden``; a regression cannot.
         """
         ...
 

@@ -37,13 +37,14 @@ class Source:
 class MappedSession:
     """One drive as learning sees it, n frames: features, positions and where it came from.
 
-    ``codes`` are n feature vectors; ``xy`` (n, 2) positions in the map's frame, in metres, or the place number and
-    zero; ``heading_rad`` (n,), NaN where unknown; ``number`` (n,) the frames of the recording; ``pictures`` (n,) uint32
-    fingerprints.
+    ``codes`` are n feature vectors and ``phase`` n phase signatures; ``xy`` (n, 2) positions in the map's frame, in
+    metres, or the place number and zero; ``heading_rad`` (n,), NaN where unknown; ``number`` (n,) the frames of the
+    recording; ``pictures`` (n,) uint32 fingerprints.
     """
 
     source: Source
     codes: Codes
+    phase: Codes
     xy: FloatArray
     heading_rad: FloatArray
     number: IndexArray
@@ -58,6 +59,7 @@ class MappedSession:
         return MappedSession(
             replace(self.source, frames=len(xy)),
             self.codes.subset(chosen),
+            self.phase.subset(chosen),
             xy,
             self.heading_rad[chosen],
             self.number[chosen],
@@ -86,6 +88,7 @@ def memory_arrays(sessions: Sequence[MappedSession]) -> dict[str, NDArray[Any]]:
     """The arrays of all sessions by name, for a file; their sources go into its header."""
     return {
         **Codes.joined([session.codes for session in sessions]).to_arrays(),
+        **{f"phase.{k}": v for k, v in Codes.joined([session.phase for session in sessions]).to_arrays().items()},
         "xy": np.concatenate([session.xy for session in sessions]),
         "heading": np.concatenate([session.heading_rad for session in sessions]),
         "number": np.concatenate([session.number for session in sessions]),
@@ -96,11 +99,17 @@ def memory_of(
     arrays: Mapping[str, NDArray[Any]], sources: Sequence[Source], pictures: Sequence[NDArray[np.uint32]]
 ) -> tuple[MappedSession, ...]:
     """The inverse, for arrays that fit the sources (see ``consistency.check_memory``)."""
-    codes, xy, heading, number = Codes.from_arrays(arrays), arrays["xy"], arrays["heading"], arrays["number"]
+    codes, phase = Codes.from_arrays(arrays), phase_of(arrays)
+    xy, heading, number = arrays["xy"], arrays["heading"], arrays["number"]
     return tuple(
-        MappedSession(source, codes.subset(rows), xy[rows], heading[rows], number[rows], own)
+        MappedSession(source, codes.subset(rows), phase.subset(rows), xy[rows], heading[rows], number[rows], own)
         for source, rows, own in zip(sources, rows_of(sources), pictures, strict=True)
     )
+
+
+def phase_of(arrays: Mapping[str, NDArray[Any]]) -> Codes:
+    """The phase signatures among the arrays of a memory."""
+    return Codes.from_arrays({name: arrays[f"phase.{name}"] for name in ("codes", "scale")})
 
 
 def rows_of(sources: Sequence[Source]) -> list[slice]:

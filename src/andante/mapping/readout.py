@@ -21,7 +21,7 @@ from andante.errors import LearningError
 from andante.mapping.codes import Codes
 from andante.mapping.compact import products
 from andante.mapping.config import ReadoutConfig
-from andante.mapping.located import Located, Readout, named_arrays, tempered
+from andante.mapping.located import Hidden, Located, Readout, Witness, named_arrays
 from andante.mapping.regressions import GaussianProcessReadout, PolynomialReadout
 from andante.mapping.thinning import thinned_by_place
 
@@ -32,6 +32,8 @@ SAME_SUPPORT = 1e-3
 INTERPOLATED = 8
 LEAST_PULL, _UNMOVED = 1e-3, 1e9
 _BLOCK_ROWS = 256
+_UNSEEN = np.float32(1e30)
+"""Squared distance of a reference that is hidden: no image is as far from any."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,19 +81,24 @@ class LocalReadout:
         caution = PRIOR_CAUTION if config.caution is None else config.caution
         return cls(codes, xy, around, metric, typical, neighbours, config.sharpness, consensus_m, floor_m, caution)
 
-    def locate(self, slow: FloatArray) -> Located:
-        """(n, k) -> n positions."""
-        return Located.joined([self._locate(slow[rows]) for rows in _blocks(len(slow))])
+    def locate(self, slow: FloatArray, witness: Witness | None = None, hidden: Hidden | None = None) -> Located:
+        """(n, k) -> n positions; not finite for an image whose references are all hidden."""
+        return Located.joined([self._locate(slow[rows], rows, witness, hidden) for rows in _blocks(len(slow))])
 
-    def _locate(self, slow: FloatArray) -> Located:
+    def _locate(self, slow: FloatArray, rows: slice, witness: Witness | None, hidden: Hidden | None) -> Located:
         squared = self._squared_distances(slow)
-        nearest = _smallest(squared, self.neighbours)
-        d2 = np.take_along_axis(squared, nearest, axis=1).astype(np.float64)
+        shown = squared
+        if hidden is not None:
+            shown = np.where(cdist(hidden.around[rows], self.xy) > hidden.radius, squared, _UNSEEN)
+        nearest = _smallest(shown, self.neighbours)
+        d2 = np.take_along_axis(shown, nearest, axis=1).astype(np.float64)
         # How clearly each neighbour loses against the nearest one.
         best = np.maximum(d2[:, :1], 1e-9 * self.typical)
         votes = np.exp(-self.sharpness * (d2 / best - 1))
-        votes /= votes.sum(axis=1, keepdims=True)
         positions = self.xy[nearest]
+        if witness is not None:
+            votes *= witness(rows, positions)
+        votes /= votes.sum(axis=1, keepdims=True)
         apart = np.linalg.norm(positions[:, :, None] - positions[:, None], axis=-1)
         together = apart <= self.consensus_m
         support = np.where(together, votes[:, None], 0).sum(axis=2)
@@ -105,6 +112,7 @@ class LocalReadout:
         # All votes count for the spread, so that two places that look alike give a large one.
         offset = positions - xy[:, None]
         covariance = np.einsum("nm,nmi,nmj->nij", votes, offset, offset) + np.eye(2) * self.floor_m**2 / 2
+        xy[d2[:, 0] >= _UNSEEN] = np.nan
         likeness = self._likeness(squared, d2[:, 0])
         spread = np.median(self.spread[nearest], axis=1).astype(np.float64)
         return Located(xy, covariance, likeness, agreement, positions, np.where(chosen, 0, votes), spread)
@@ -139,19 +147,6 @@ class LocalReadout:
         weights = np.zeros_like(votes)
         weights[:, :few] = free + ones * ((1 - free.sum(axis=1)) / ones.sum(axis=1))[:, None]
         return np.where((pairs > 0)[:, None], weights, votes)
-
-    def strangers(self, slow: FloatArray, xy: FloatArray, apart: float, spread: FloatArray | None = None) -> FloatArray:
-        """The likeness of the best reference that lies elsewhere."""
-        parts = []
-        for rows in _blocks(len(slow)):
-            squared = self._squared_distances(slow[rows])
-            candidates = np.where(cdist(xy[rows], self.xy) > apart, squared, np.inf)
-            elsewhere = candidates.min(axis=1)
-            likeness = self._likeness(squared, elsewhere)
-            if spread is not None:
-                likeness = tempered(likeness, spread[rows], self.spread[candidates.argmin(axis=1)])
-            parts.append(likeness[np.isfinite(elsewhere)])
-        return np.concatenate(parts)
 
     @cached_property
     def references(self) -> NDArray[np.float32]:

@@ -16,7 +16,7 @@ from scipy.spatial.distance import cdist
 from andante.data import FloatArray
 from andante.errors import LearningError
 from andante.mapping.config import ReadoutConfig
-from andante.mapping.located import Located, named_arrays
+from andante.mapping.located import Hidden, Located, Witness, named_arrays
 
 _GAUSSIAN_PROCESS_POINTS = 600
 
@@ -52,7 +52,7 @@ class PolynomialReadout:
         residual = offset.T @ offset / (len(terms) - terms.shape[1])
         return cls(np.ascontiguousarray(coefficients), residual, inputs, config.degree)
 
-    def locate(self, slow: FloatArray) -> Located:
+    def locate(self, slow: FloatArray, witness: Witness | None = None, hidden: Hidden | None = None) -> Located:
         """(n, k) -> n positions; likeness falls where the features leave the range they were learnt in."""
         terms = _monomials(slow[:, : self.inputs], self.degree)
         xy = terms @ self.coefficients
@@ -60,10 +60,6 @@ class PolynomialReadout:
         likeness = 1 / np.maximum(1, (slow[:, : self.inputs] ** 2).mean(axis=1))
         covariance = self.residual[None] / likeness[:, None, None]
         return _without_rivals(xy, covariance, likeness)
-
-    def strangers(self, slow: FloatArray, xy: FloatArray, apart: float, spread: FloatArray | None = None) -> FloatArray:
-        """Nothing: a regression has no references to ignore."""
-        return np.empty(0)
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Arrays by name, for a file."""
@@ -113,7 +109,7 @@ class GaussianProcessReadout:
         dual = np.ascontiguousarray(linalg.cho_solve((factor, True), centred))
         return cls(points, metric, dual, factor, mean, float(length), float(noise), prior)
 
-    def locate(self, slow: FloatArray) -> Located:
+    def locate(self, slow: FloatArray, witness: Witness | None = None, hidden: Hidden | None = None) -> Located:
         """(n, k) -> n positions; likeness is the share of the prior variance that the points explain."""
         cross = np.exp(-cdist(slow * self.metric, self.points, "sqeuclidean") / (2 * self.length**2))
         xy = cross @ self.dual + self.mean
@@ -121,10 +117,6 @@ class GaussianProcessReadout:
         unexplained = np.clip(1 - explained, 0, 1)
         variance = self.prior * (unexplained + self.noise)
         return _without_rivals(xy, variance[:, None, None] * np.eye(2), 1 - unexplained)
-
-    def strangers(self, slow: FloatArray, xy: FloatArray, apart: float, spread: FloatArray | None = None) -> FloatArray:
-        """Nothing: a regression has no references to ignore."""
-        return np.empty(0)
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Arrays by name, for a file."""

@@ -95,11 +95,17 @@ def read_session(
 ) -> MappedSession:
     """The same without features: ``take`` is handed the panoramas of its frames in order, at most ``STACK`` at once."""
     log = log or BuildLog()
+    phases = [Codes.of(np.empty((0, front_end.phase_dim), dtype=np.float32))]
+
+    def take_phases_too(panoramas: ImageArray) -> None:
+        take(panoramas)
+        phases.append(Codes.of(front_end.phases(panoramas)))
+
     content = recording.content_hash()
     indices, xy = usable_frames(recording, positions, config, log)
     with log.timed("features"):
         pictures, skipped = _read(
-            recording, indices, front_end.for_recording(recording), take, progress=progress, log=log
+            recording, indices, front_end.for_recording(recording), take_phases_too, progress=progress, log=log
         )
     kept = [index not in skipped for index in indices]
     heading = _heading([recording.infos[index] for index in indices], positions)
@@ -115,7 +121,8 @@ def read_session(
     fingerprints = np.array([short_fingerprint(picture) for picture in pictures], dtype=np.uint32)
     number = np.array(indices, dtype=np.int64)
     nothing = Codes.of(np.empty((sum(kept), 0), dtype=np.float32))
-    return MappedSession(source, nothing, xy[kept], heading[kept], number[kept], fingerprints)
+    phase = Codes.joined(phases)
+    return MappedSession(source, nothing, phase, xy[kept], heading[kept], number[kept], fingerprints)
 
 
 def short_fingerprint(picture: str) -> int:

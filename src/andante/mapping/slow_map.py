@@ -14,9 +14,12 @@ from andante.data import CameraSpec, Estimate, FloatArray, Hypothesis, ImageArra
 from andante.errors import BlankImageError, ImageError
 from andante.mapping.calibration import Calibration, Fold
 from andante.mapping.compact import CompactModel
+from andante.mapping.compass import Compass
 from andante.mapping.config import MapConfig
-from andante.mapping.frontend import FrontEnd
-from andante.mapping.located import Located, Readout, tempered
+from andante.mapping.frontend import Encoded, FrontEnd
+from andante.mapping.judgement import judge
+from andante.mapping.located import Readout
+from andante.mapping.locating import Locator, Sighting
 from andante.mapping.memory import MappedSession, Source
 from andante.mapping.sessions import short_fingerprint
 from andante.protocols import Recording
@@ -24,6 +27,10 @@ from andante.recordings import picture_fingerprint
 
 Unit = Literal["m", "place"]
 
+RADIUS_OF_90_PERCENT = float(np.sqrt(2 * np.log(10)))
+"""Of a round Gaussian in the plane, in standard deviations along an axis."""
+_DEVIATIONS_OF_90_PERCENT = 1.645
+_FINEST_RAD = np.radians(0.1)
 _SAMPLED_PICTURES = 100
 
 
@@ -32,8 +39,9 @@ class SlowMap:
     """What is needed to localize, and where it came from; made by ``build_map`` or ``SlowMap.load``.
 
     ``config`` is how the map was made, with every default resolved, ``asked`` how it was asked for, with what was left
-    open. ``pictures`` are the fingerprints of each source's frames. ``memory`` are the sessions themselves, where the
-    map remembers them: what ``andante update`` learns from again.
+    open. ``compass`` tells headings, where those of the drives are known and the camera looks all around. ``pictures``
+    are the fingerprints of each source's frames. ``memory`` are the sessions themselves, where the map remembers them:
+    what ``andante update`` learns from again.
     """
 
     config: MapConfig
@@ -41,6 +49,7 @@ class SlowMap:
     front_end: FrontEnd
     model: CompactModel
     readout: Readout
+    compass: Compass | None
     calibration: Calibration
     sources: tuple[Source, ...]
     pictures: tuple[NDArray[np.uint32], ...] = field(repr=False)
@@ -85,25 +94,45 @@ class SlowMap:
         A picture that shows nothing gives status lost; one of the wrong size raises ``ImageError``.
         """
         try:
-            features = self.front_end.features(image)
+            encoded = self.front_end.encode(image)
         except BlankImageError as error:
             return Estimate(Status.LOST, str(error))
-        return self.estimate(features)
+        return self.estimate(encoded)
 
-    def estimate(self, features: NDArray[np.float32]) -> Estimate:
-        """The same from a feature vector (d,)."""
-        located = self.readout.locate(self.model.transform(features[None]))
-        status, reason = self._judge(located, self.model.spread(features[None]))
-        hypotheses = self._hypotheses(located)
+    def sight(self, encoded: Encoded) -> Sighting:
+        """What the map says of n pictures."""
+        slow, spread = self.model.transform(encoded.features), self.model.spread(encoded.features)
+        return Locator(self.readout, self.compass).sight(slow, spread, encoded.phase)
+
+    def estimate(self, encoded: Encoded) -> Estimate:
+        """The same from one picture that is encoded already."""
+        sighting = self.sight(encoded)
+        status, reason = judge(sighting, self.calibration)
+        located, hypotheses = sighting.located, self._hypotheses(sighting, encoded)
+        likeness = float(np.nan_to_num(sighting.likeness[0]))
         if not status.has_pose:
-            return Estimate(status, reason, hypotheses=hypotheses)
+            return Estimate(status, reason, likeness=likeness, hypotheses=hypotheses)
         x, y = (float(value) for value in located.xy[0])
         if self.unit == "place":
-            return Estimate(status, reason, place=round(x), hypotheses=hypotheses)
+            return Estimate(status, reason, place=round(x), likeness=likeness, hypotheses=hypotheses)
+        radius = self.calibration.radius_factor * float(sighting.sigma[0])
+        heading, deviation = self._heading(sighting)
         covariance = np.full((3, 3), np.nan)
-        covariance[:2, :2] = located.covariance[0]
-        radius = self.calibration.radius_factor * float(located.sigma[0])
-        return Estimate(status, reason, x, y, None, covariance, radius, hypotheses=hypotheses)
+        # Scaled so that the 90 % radius of such a Gaussian, were it round, is the calibrated one.
+        variance = (radius / RADIUS_OF_90_PERCENT) ** 2
+        covariance[:2, :2] = located.covariance[0] * (2 * variance / np.trace(located.covariance[0]))
+        if heading is not None:
+            covariance[2] = covariance[:, 2] = 0.0
+            covariance[2, 2] = deviation**2
+        return Estimate(status, reason, x, y, heading, covariance, radius, likeness=likeness, hypotheses=hypotheses)
+
+    def _heading(self, sighting: Sighting) -> tuple[float | None, float]:
+        """In radians, and its standard deviation; ``None`` where there is none."""
+        factor = self.calibration.heading_factor
+        if sighting.bearings is None or factor is None or not np.isfinite(sighting.bearings.heading[0]):
+            return None, np.nan
+        deviation = factor * float(sighting.doubt[0]) / _DEVIATIONS_OF_90_PERCENT
+        return float(sighting.bearings.heading[0]), max(deviation, _FINEST_RAD)
 
     def describe(self) -> dict[str, Any]:
         """What is in the map, as plain values."""
@@ -158,37 +187,17 @@ class SlowMap:
                 seen.append(short_fingerprint(picture_fingerprint(recording.load(recording.infos[index]))))
         return float(np.isin(seen, np.concatenate(self.pictures)).sum()) / max(1, len(seen))
 
-    def _judge(self, located: Located, spread: FloatArray) -> tuple[Status, str]:
-        likeness = float(tempered(located.likeness, spread, located.spread)[0])
-        agreement = float(located.agreement[0])
-        bounds = self.calibration
-        if not np.isfinite([likeness, agreement, *located.xy[0]]).all():
-            return Status.LOST, "the image leads to numbers that are not finite; is the map damaged?"
-        if likeness < bounds.off_map_below:
-            return Status.OFF_MAP, (
-                f"no mapped place looks like this: likeness {likeness:.2f}, places that are not in the map reach "
-                f"{bounds.off_map_below:.2f}"
-            )
-        if agreement < bounds.lost_below:
-            return Status.LOST, (
-                f"several places look like this: {agreement:.0%} of the evidence agrees, at least "
-                f"{bounds.lost_below:.0%} is needed"
-            )
-        if likeness * agreement < bounds.degraded_below:
-            return Status.DEGRADED, (
-                f"not much more like this place than like others: likeness {likeness:.2f}, {agreement:.0%} of the "
-                "evidence agrees"
-            )
-        if bounds.off_map_below <= 0:
-            return Status.DEGRADED, (
-                "this map has not learnt what places look like that are not in it: its readout is a regression, or its "
-                "drives are too short"
-            )
-        return Status.OK, f"likeness {likeness:.2f}, {agreement:.0%} of the evidence agrees"
-
-    def _hypotheses(self, located: Located) -> tuple[Hypothesis, ...]:
+    def _hypotheses(self, sighting: Sighting, encoded: Encoded) -> tuple[Hypothesis, ...]:
         """The estimate itself with what speaks for it, then the other candidates."""
-        x, y = located.xy[0].tolist()
-        rivals = zip(located.candidates[0].tolist(), located.weights[0].tolist(), strict=True)
-        others = [Hypothesis(xy[0], xy[1], weight) for xy, weight in rivals if weight > 0]
-        return (Hypothesis(x, y, float(located.agreement[0])), *others)
+        located = sighting.located
+        rivals = np.flatnonzero(located.weights[0] > 0)
+        xy = np.concatenate([located.xy, located.candidates[0][rivals]])
+        weights = [float(located.agreement[0]), *located.weights[0][rivals].tolist()]
+        headings: list[float | None] = [None] * len(xy)
+        if self.compass is not None and np.isfinite(xy).all():
+            found = self.compass.bearings(np.repeat(encoded.phase, len(xy), axis=0), xy).heading
+            headings = [heading if np.isfinite(heading) else None for heading in found.tolist()]
+        return tuple(
+            Hypothesis(x, y, weight, heading)
+            for (x, y), weight, heading in zip(xy.tolist(), weights, headings, strict=True)
+        )

@@ -13,18 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andante.baselines import NearestNeighbours
-from andante.data import FloatArray, ImageArray
+from andante.data import FloatArray
 from andante.evaluation.alignment import fit_rigid
 from andante.evaluation.experiments.drives import EncodedDrive
 from andante.mapping import FrontEnd, MapConfig, SlowMap, learn_map
 from andante.mapping.codes import Codes
 from andante.mapping.config import FeatureConfig
+from andante.mapping.frontend import Encoded
 from andante.mapping.network_lesson import learn_network
 from andante.mapping.odometry import in_one_frame
 from andante.mapping.readout import fit_readout
 
-Locate = Callable[[NDArray[Any]], FloatArray]
-"""Features of a drive (see ``EncodedDrive``) -> positions (n, 2), the best hypothesis for every frame."""
+Locate = Callable[[EncodedDrive], FloatArray]
+"""A drive -> positions (n, 2), the best hypothesis for every frame."""
 
 
 @dataclass(frozen=True)
@@ -60,8 +61,8 @@ def fit_map(front_end: FrontEnd, drives: Sequence[EncodedDrive], config: MapConf
     """A map of the drives, as ``andante map`` makes it."""
     slowmap = learn_map([drive.session for drive in drives], front_end, config)
 
-    def locate(features: NDArray[np.float32]) -> FloatArray:
-        return slowmap.readout.locate(slowmap.model.transform(features)).xy
+    def locate(drive: EncodedDrive) -> FloatArray:
+        return _located(slowmap, drive, drive.features)
 
     return Fitted(locate, _file_bytes(slowmap))
 
@@ -73,8 +74,8 @@ def fit_network(front_end: FrontEnd, drives: Sequence[EncodedDrive], config: Map
     encoded = [replace(one.session, codes=Codes.of(taught.encoder.encode(one.features))) for one in drives]
     slowmap = learn_map(encoded, taught, config)
 
-    def locate(panoramas: ImageArray) -> FloatArray:
-        return slowmap.readout.locate(slowmap.model.transform(taught.encoder.encode(panoramas))).xy
+    def locate(drive: EncodedDrive) -> FloatArray:
+        return _located(slowmap, drive, taught.encoder.encode(drive.features))
 
     return Fitted(locate, _file_bytes(slowmap))
 
@@ -88,8 +89,8 @@ def fit_odometry(front_end: FrontEnd, drives: Sequence[EncodedDrive], config: Ma
     slowmap = learn_map(placed, front_end, config)
     laid = fit_rigid(np.concatenate([one.xy for one in placed]), np.concatenate([one.xy for one in drives]), "drives")
 
-    def locate(features: NDArray[np.float32]) -> FloatArray:
-        return laid.out_of_map(slowmap.readout.locate(slowmap.model.transform(features)).xy)
+    def locate(drive: EncodedDrive) -> FloatArray:
+        return laid.out_of_map(_located(slowmap, drive, drive.features))
 
     return Fitted(locate, _file_bytes(slowmap))
 
@@ -99,8 +100,8 @@ def fit_neighbours(neighbours: int, front_end: FrontEnd, drives: Sequence[Encode
     features, xy = _joined(drives)
     nearest = NearestNeighbours.fit(front_end, "m", features, xy, neighbours)
 
-    def locate(queries: NDArray[np.float32]) -> FloatArray:
-        return np.stack([nearest.position(query) for query in queries])
+    def locate(drive: EncodedDrive) -> FloatArray:
+        return np.stack([nearest.position(query) for query in drive.features])
 
     # Kept in one byte a number, as a map keeps its references, they would take a quarter of what they take here.
     return Fitted(locate, nearest.features.nbytes // 4 + nearest.xy.nbytes)
@@ -121,8 +122,8 @@ def fit_split(
         consensus_m=slowmap.config.readout.consensus_m or np.inf,
     )
 
-    def locate(queries: NDArray[np.float32]) -> FloatArray:
-        return readout.locate(slowmap.model.transform(queries)).xy
+    def locate(drive: EncodedDrive) -> FloatArray:
+        return readout.locate(slowmap.model.transform(drive.features)).xy
 
     return Fitted(locate, _file_bytes(slowmap))
 
@@ -147,6 +148,10 @@ NEAREST_NOTE = (
     "nearest-1 and nearest-5 see the features of andante; their size counts one byte a number, as in its maps, "
     "although here they keep four"
 )
+
+
+def _located(slowmap: SlowMap, drive: EncodedDrive, features: NDArray[np.float32]) -> FloatArray:
+    return slowmap.sight(Encoded(features, drive.session.phase.rows())).located.xy
 
 
 def _joined(drives: Sequence[EncodedDrive]) -> tuple[NDArray[np.float32], FloatArray]:

@@ -113,7 +113,7 @@ class Bench:
         fitted = trial.contender.fit(self._front_end(config), train, config)
         seconds = time.perf_counter() - start
         with one_thread():
-            xy = fitted.locate(test.features)
+            xy = fitted.locate(test)
         return {
             "xy": np.round(xy, _DECIMALS).tolist(),
             "truth": np.round(test.xy, _DECIMALS).tolist(),
