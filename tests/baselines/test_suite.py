@@ -39,8 +39,8 @@ def test_a_blank_picture_is_lost(baselines):
 
 
 def test_a_map_of_places_gets_places(slowmap, make_drive, baselines):
-    features = slowmap.front_end.features(make_drive(3).load(make_drive(3).infos[0]))
+    encoded = slowmap.front_end.encode(make_drive(3).load(make_drive(3).infos[0]))
     for baseline in baselines:
-        estimate = replace(baseline, unit="place").estimate(features)
+        estimate = replace(baseline, unit="place").estimate(encoded)
         assert estimate.place == round(estimate.hypotheses[0].x_m)
         assert estimate.x_m is None

@@ -40,9 +40,9 @@ KINDS = {
 
 
 HELD_BY_MAPS = ("f2", "f4", "f8", "i1", "i8", "u4")
-WIDENED = ("readout.numbers", "model.quadratic.")
+WIDENED = ("readout.numbers", "model.quadratic.", "compass.cell")
 """Arrays that are read as numbers of double precision, whichever type of a map they have."""
-MEMORY = {"memory.codes", "memory.scale", "memory.xy", "memory.heading", "memory.number"}
+MEMORY = {f"memory.{name}" for name in ("codes", "scale", "phase.codes", "phase.scale", "xy", "heading", "number")}
 
 
 @pytest.fixture(scope="module")
@@ -91,8 +91,9 @@ def same_memory(one: SlowMap, other: SlowMap) -> None:
         assert mine.source == theirs.source
         for name in ("xy", "heading_rad", "number", "pictures"):
             np.testing.assert_array_equal(getattr(mine, name), getattr(theirs, name))
-        np.testing.assert_array_equal(mine.codes.codes, theirs.codes.codes)
-        np.testing.assert_array_equal(mine.codes.scale, theirs.codes.scale)
+        for codes, others in ((mine.codes, theirs.codes), (mine.phase, theirs.phase)):
+            np.testing.assert_array_equal(codes.codes, others.codes)
+            np.testing.assert_array_equal(codes.scale, others.scale)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -280,8 +281,8 @@ def test_a_flipped_bit_in_the_header_is_refused_or_harmless(files, tmp_path, gar
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"schema": 3}, "it has schema 3, this version of andante reads 2; upgrade andante"),
-        ({"schema": 1}, "it has schema 1, this version of andante reads 2"),
+        ({"schema": 4}, "it has schema 4, this version of andante reads 3; upgrade andante"),
+        ({"schema": 2}, "it has schema 2, this version of andante reads 3"),
         ({"schema": None}, "it has schema None"),
         ({"schema": 10**400}, "it has schema 1000"),
         ({"unit": "parsec"}, "its unit is wrong: Input should be 'm' or 'place'"),
@@ -416,6 +417,10 @@ def test_numbers_in_arrays_that_are_not_finite(files, tmp_path, kind, where, val
         ("memory.scale", -1e-3, "array memory.codes or memory.scale holds what nothing is coded as"),
         ("readout.codes", -128, "array readout.codes or readout.scale holds what nothing is coded as"),
         ("readout.scale", -1e-3, "array readout.codes or readout.scale holds what nothing is coded as"),
+        ("memory.phase.codes", -128, "array memory.phase.codes or memory.phase.scale holds what nothing is coded as"),
+        ("memory.phase.scale", -1e-3, "array memory.phase.codes or memory.phase.scale holds what nothing is coded as"),
+        ("compass.codes", -128, "array compass.codes or compass.scale holds what nothing is coded as"),
+        ("compass.scale", -1e-3, "array compass.codes or compass.scale holds what nothing is coded as"),
     ],
 )
 def test_codes_that_nothing_is_coded_as(files, tmp_path, name, value, message):
@@ -462,7 +467,7 @@ def test_a_trial_on_no_sessions_at_all(files, tmp_path, sessions):
 def test_types_that_no_map_holds(tmp_path, dtype):
     size = {"F8_E4M3": 1, "F8_E5M2": 1, "BOOL": 1, "C64": 8}.get(dtype, 2)
     array = {"dtype": dtype, "shape": [1], "data_offsets": [0, size]}
-    header = json.dumps({"__metadata__": {"andante": json.dumps({"schema": 2})}, "model.mean": array}).encode()
+    header = json.dumps({"__metadata__": {"andante": json.dumps({"schema": 3})}, "model.mean": array}).encode()
     refused(struct.pack("<Q", len(header)) + header + bytes(size), tmp_path)
 
 

@@ -10,13 +10,19 @@ from andante.mapping.memory import MappedSession, Source, bounded, memory_arrays
 
 
 def session(n: int, number: int = 0, step_m: float = 0.2) -> MappedSession:
-    """A straight drive; codes, number and fingerprint of a frame all tell which it is."""
+    """A straight drive; codes, phases, number and fingerprint of a frame all tell which it is."""
     frame = np.arange(n)
     marks = np.column_stack([frame + 1, np.full(n, 1000.0 * (number + 1))]).astype(np.float32)
     xy = np.column_stack([step_m * frame, np.full(n, 0.01 * number)])
     source = Source(f"day {number}", f"hash {number}", n, "reference", {"light": number}, folder="/somewhere")
     return MappedSession(
-        source, Codes.of(marks), xy, xy[:, 0] / 9, 3 * frame, (frame + 5000 * number).astype(np.uint32)
+        source,
+        Codes.of(marks),
+        Codes.of(-marks[:, :1]),
+        xy,
+        xy[:, 0] / 9,
+        3 * frame,
+        (frame + 5000 * number).astype(np.uint32),
     )
 
 
@@ -24,8 +30,9 @@ def same(one: MappedSession, other: MappedSession) -> None:
     assert one.source == other.source
     for name in ("xy", "heading_rad", "number", "pictures"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
-    np.testing.assert_array_equal(one.codes.codes, other.codes.codes)
-    np.testing.assert_array_equal(one.codes.scale, other.codes.scale)
+    for mine, theirs in ((one.codes, other.codes), (one.phase, other.phase)):
+        np.testing.assert_array_equal(mine.codes, theirs.codes)
+        np.testing.assert_array_equal(mine.scale, theirs.scale)
 
 
 def test_a_subset_keeps_together_what_belongs_together():
@@ -37,6 +44,7 @@ def test_a_subset_keeps_together_what_belongs_together():
     np.testing.assert_array_equal(part.number, [9, 12, 33])
     np.testing.assert_array_equal(part.pictures, 10_000 + chosen)
     np.testing.assert_array_equal(part.codes.rows(), whole.codes.rows()[chosen])
+    np.testing.assert_array_equal(part.phase.rows(), whole.phase.rows()[chosen])
     same(whole.subset(np.isin(np.arange(20), chosen)), part)
 
 

@@ -1,5 +1,6 @@
 """From slow features to positions: three ways, each against its own definition."""
 
+import dataclasses
 from itertools import combinations_with_replacement
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from andante.errors import ArrayError, LearningError
 from andante.mapping.config import ReadoutConfig
+from andante.mapping.located import Hidden
 from andante.mapping.readout import LocalReadout
 from andante.mapping.regressions import GaussianProcessReadout, PolynomialReadout
 
@@ -131,10 +133,10 @@ def test_two_places_that_look_alike_give_low_agreement_and_a_large_sigma(path, u
     assert (positions > 99).all()
 
 
-def test_strangers_are_what_an_image_resembles_elsewhere(local, path):
+def test_likeness_without_its_own_place_is_that_to_what_an_image_resembles_elsewhere(local, path):
     slow, xy = path
     apart = 2.0
-    strange = local.strangers(slow, xy, apart)
+    strange = local.locate(slow, hidden=Hidden(xy, apart)).likeness
     assert strange.shape == (120,)
     assert ((strange >= 0) & (strange <= 1)).all()
     assert (strange < local.locate(slow).likeness - 0.01).all()
@@ -144,13 +146,89 @@ def test_strangers_are_what_an_image_resembles_elsewhere(local, path):
     np.testing.assert_allclose(strange, np.clip(expected, 0, 1), atol=1e-4)
 
 
-def test_there_are_no_strangers_where_the_whole_map_is_one_place(local, path):
-    assert len(local.strangers(*path, apart=1000.0)) == 0
+def without(local: LocalReadout, gone: np.ndarray) -> LocalReadout:
+    """The same readout, some of its references thrown away."""
+    kept = np.flatnonzero(~gone)
+    return dataclasses.replace(
+        local,
+        codes=local.codes.subset(kept),
+        xy=local.xy[kept],
+        spread=local.spread[kept],
+        neighbours=min(local.neighbours, len(kept)),
+    )
+
+
+@pytest.mark.parametrize("left", [1, 2, 5, 40])
+def test_hidden_references_do_nothing(local, path, left):
+    """As if they were not there, also where fewer are left than vote; only likeness is measured against all of them."""
+    slow, xy = path
+    for row in (3, 60, 117):
+        away = np.linalg.norm(local.xy - xy[row], axis=1)
+        hidden = Hidden(xy[row : row + 1], float(np.sort(away)[-left - 1]))
+        rest = without(local, away <= hidden.radius)
+        assert len(rest.xy) == left
+        # Somewhere between the image and what is hidden, so that what is hidden would have a say.
+        query = slow[row : row + 1] + 0.1
+        found, expected = local.locate(query, hidden=hidden), rest.locate(query)
+        for name in ("xy", "covariance", "agreement"):
+            np.testing.assert_allclose(getattr(found, name), getattr(expected, name), atol=1e-6, err_msg=name)
+        weighty = found.weights[0] > 0
+        assert (np.linalg.norm(found.candidates[0][weighty] - xy[row], axis=1) > hidden.radius).all()
+        assert found.weights.sum() == pytest.approx(expected.weights.sum())
+
+
+def test_an_image_whose_references_are_all_hidden_is_nowhere(local, path):
+    slow, xy = path
+    around = np.where(np.arange(120)[:, None] < 60, xy, 1e6)
+    located = local.locate(slow, hidden=Hidden(around, 1000.0))
+    np.testing.assert_array_equal(np.isnan(located.xy).all(axis=1), np.arange(120) < 60)
+    np.testing.assert_array_equal(located.likeness[:60], 0)
+    np.testing.assert_array_equal(located.xy[60:], local.locate(slow[60:]).xy)
+
+
+def test_blocks_of_images_hide_what_each_of_them_hides(local, path):
+    slow, xy = (np.tile(array, (3, 1)) for array in path)
+    many = local.locate(slow, hidden=Hidden(xy, 2.0))
+    for row in (0, 255, 256, 359):
+        alone = local.locate(slow[row : row + 1], hidden=Hidden(xy[row : row + 1], 2.0))
+        np.testing.assert_allclose(many.xy[row], alone.xy[0], atol=1e-5)
+        assert many.likeness[row] == pytest.approx(alone.likeness[0], abs=1e-5)
+
+
+def test_a_witness_decides_between_places_that_look_alike(path):
+    slow, xy = path
+    twice = np.concatenate([slow, slow + 1e-3]), np.concatenate([xy, xy + np.array([100, 0])])
+    readout = LocalReadout.fit(*twice, np.ones(6), CONFIG, CONSENSUS_M)
+    query, asked = np.tile(slow[30:90:5] + 0.1, (30, 1)), []
+
+    def for_the_twin(rows: slice, positions: np.ndarray) -> np.ndarray:
+        asked.append((rows, positions.shape))
+        return np.where(positions[..., 0] > 50, 1.0, 1e-6)
+
+    located = readout.locate(query, for_the_twin)
+    assert (located.xy[:, 0] > 99).all()
+    assert located.agreement.min() > 0.99
+    assert asked == [(slice(0, 256), (256, 12, 2)), (slice(256, 512), (104, 12, 2))]
+    against = readout.locate(query, lambda rows, positions: np.where(positions[..., 0] > 50, 1e-6, 1.0))
+    assert (against.xy[:, 0] < 50).all()
+
+
+def test_an_indifferent_witness_changes_nothing(local, path):
+    plain = local.locate(path[0] + 0.1)
+    asked = local.locate(path[0] + 0.1, lambda rows, positions: np.full(positions.shape[:2], 0.3))
+    for name in ("xy", "covariance", "agreement", "likeness", "weights"):
+        np.testing.assert_allclose(getattr(plain, name), getattr(asked, name), atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["polynomial", "process"])
-def test_regressions_know_no_strangers(name, path, request):
-    assert len(request.getfixturevalue(name).strangers(*path, apart=1.0)) == 0
+def test_regressions_have_no_references_to_weigh_or_hide(name, path, request):
+    slow, xy = path
+    readout = request.getfixturevalue(name)
+
+    def witness(rows: slice, positions: np.ndarray) -> np.ndarray:
+        raise AssertionError("a regression has no candidates")
+
+    np.testing.assert_array_equal(readout.locate(slow, witness, Hidden(xy, 5.0)).xy, readout.locate(slow).xy)
 
 
 def test_spread_is_that_of_the_references_that_an_image_resembles(local, path):

@@ -18,6 +18,7 @@ from scipy import fft
 from scipy.spatial import KDTree
 
 from andante.data import FloatArray
+from andante.errors import ArrayError
 from andante.features import PhaseEncoder
 from andante.mapping.codes import Codes
 from andante.sfa.arrays import require_names
@@ -130,4 +131,6 @@ class Compass:
     def from_arrays(cls, encoder: PhaseEncoder, arrays: Mapping[str, NDArray[Any]]) -> Self:
         """The inverse of ``to_arrays``."""
         require_names(arrays, ("codes", "scale", "xy", "cell"), "Compass")
+        if arrays["cell"].shape != (1,):
+            raise ArrayError(f"a compass has one size of its places, got an array of shape {arrays['cell'].shape}")
         return cls(encoder, Codes.from_arrays(arrays), arrays["xy"], float(arrays["cell"][0]))

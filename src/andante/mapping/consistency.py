@@ -82,7 +82,7 @@ def check_memory(arrays: Mapping[str, NDArray[Any]], sources: Sequence[Source], 
 def _check_codes(section: str, codes: Codes, count: int, dim: int) -> None:
     _expect(f"{section}.codes", codes.codes, (count, dim), "i1")
     _expect(f"{section}.scale", codes.scale, (count,), "f4")
-    if count and (codes.codes.min() < -LARGEST_CODE or codes.scale.min() < 0):
+    if count and (codes.codes.min(initial=0) < -LARGEST_CODE or codes.scale.min() < 0):
         raise MapError(f"array {section}.codes or {section}.scale holds what nothing is coded as")
 
 

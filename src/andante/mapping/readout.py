@@ -92,6 +92,10 @@ class LocalReadout:
             shown = np.where(cdist(hidden.around[rows], self.xy) > hidden.radius, squared, _UNSEEN)
         nearest = _smallest(shown, self.neighbours)
         d2 = np.take_along_axis(shown, nearest, axis=1).astype(np.float64)
+        # Where fewer are left than vote, the nearest one stands in for the others, which count for nothing.
+        counts = d2 < _UNSEEN
+        counts[:, 0] = True
+        nearest = np.where(counts, nearest, nearest[:, :1])
         # How clearly each neighbour loses against the nearest one.
         best = np.maximum(d2[:, :1], 1e-9 * self.typical)
         votes = np.exp(-self.sharpness * (d2 / best - 1))
@@ -104,7 +108,7 @@ class LocalReadout:
         support = np.where(together, votes[:, None], 0).sum(axis=2)
         # The nearest of those with as much support as any: rounding must not choose between them.
         winner = (support >= support.max(axis=1, keepdims=True) - SAME_SUPPORT).argmax(axis=1)
-        chosen = together[np.arange(len(slow)), winner]
+        chosen = together[np.arange(len(slow)), winner] & counts
         share = np.where(chosen, votes, 0)
         agreement = share.sum(axis=1)
         share = self._interpolated(slow, nearest[:, :INTERPOLATED], chosen, share / agreement[:, None], d2[:, 0])

@@ -21,12 +21,12 @@ def drives(cache, years):
 def test_odometry_alone_is_laid_over_the_truth_by_a_rigid_motion(drives):
     """Turned truth gives the same map, turned: nothing but the last step has seen it."""
     front_end, (first, second, third) = drives
-    plain = fit_odometry(front_end, [first, second], MapConfig()).locate(third.features)
+    plain = fit_odometry(front_end, [first, second], MapConfig()).locate(third)
     turn = np.array([[0.0, -1.0], [1.0, 0.0]])
     turned = [
         replace(one, session=replace(one.session, xy=one.session.xy @ turn.T + [5.0, 3.0])) for one in (first, second)
     ]
-    moved = fit_odometry(front_end, turned, MapConfig()).locate(third.features)
+    moved = fit_odometry(front_end, turned, MapConfig()).locate(third)
     np.testing.assert_allclose(moved, plain @ turn.T + [5.0, 3.0], atol=1e-9)
     assert np.median(np.linalg.norm(plain - third.xy, axis=1)) < 1.0
 
@@ -39,7 +39,7 @@ def test_a_network_is_learnt_from_the_drives_that_are_mapped(cache, years, conte
     assert (first.features.dtype, first.features.shape) == (np.uint8, (70, 60, 600))
     fitted = contender.fit(front_end, [first, second], contender.config)
     assert front_end.lacks_network  # every trial learns its own
-    found = fitted.locate(third.features)
+    found = fitted.locate(third)
     assert found.shape == (70, 2)
     assert np.median(np.linalg.norm(found - third.xy, axis=1)) < within_m
     assert fitted.bytes > 1000

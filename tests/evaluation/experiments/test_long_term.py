@@ -64,7 +64,7 @@ def test_tables(outcome):
 
 def test_another_localizer_is_one_more_entry(cache, years, tiny):
     def here(front_end, drives, config):
-        return Fitted(lambda features: np.zeros((len(features), 2)), 0)
+        return Fitted(lambda drive: np.zeros((len(drive.xy), 2)), 0)
 
     outcome = run_long_term(Bench(years, cache), 5, tiny, (*NEAREST, Contender("here", MapConfig(), here)))
     assert list(outcome.figures["by_sessions"]) == ["nearest-1", "nearest-5", "here"]

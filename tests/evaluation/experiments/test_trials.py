@@ -24,7 +24,7 @@ class Counting:
             raise KeyboardInterrupt
         self.learnt.append([len(drive.xy) for drive in drives])
         mean = np.concatenate([drive.xy for drive in drives]).mean(axis=0)
-        return Fitted(lambda features: np.tile(mean, (len(features), 1)), 16)
+        return Fitted(lambda drive: np.tile(mean, (len(drive.xy), 1)), 16)
 
 
 def trials_of(fit, config=None):
