@@ -430,6 +430,46 @@ def test_codes_that_nothing_is_coded_as(files, tmp_path, name, value, message):
     assert message in refused(joined(header, arrays), tmp_path, in_memory=name in MEMORY)
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("compass.xy", 1e10, "array compass.xy holds numbers beyond 1e+09"),
+        ("compass.cell", 0.0, "places of 0 m"),
+        ("compass.cell", -1.0, "places of -1 m"),
+        ("compass.cell", 1e12, "places of 1e+12 m"),
+    ],
+)
+def test_a_compass_that_bearings_would_stumble_over(files, tmp_path, name, value, message):
+    header, arrays = parts(files["local"])
+    arrays[name] = arrays[name].copy()
+    arrays[name].flat[0] = value
+    assert message in refused(joined(header, arrays), tmp_path)
+
+
+def test_a_compass_without_places(files, tmp_path):
+    header, arrays = parts(files["local"])
+    arrays |= {f"compass.{name}": arrays[f"compass.{name}"][:0] for name in ("codes", "scale", "xy")}
+    assert "a compass of 0 places" in refused(joined(header, arrays), tmp_path)
+
+
+def test_a_compass_is_of_no_use_to_a_camera_that_looks_one_way(files, tmp_path):
+    header, arrays = parts(files["local"])
+    header["camera"]["horizontal_field_of_view_deg"] = 200.0
+    header["config"]["features"]["kind"] = "fourier"
+    remembered = {name: array for name, array in arrays.items() if name not in MEMORY}
+    assert "it has a compass, which its camera cannot use" in refused(joined(header, remembered), tmp_path)
+
+
+def test_a_map_that_lost_its_compass_still_finds_places(maps, files, garden, tmp_path):
+    header, arrays = parts(files["local"])
+    path = tmp_path / "map.andante"
+    path.write_bytes(joined(header, {name: array for name, array in arrays.items() if not name.startswith("compass.")}))
+    loaded, pose = SlowMap.load(path), garden.loop(9)[2]
+    estimate, whole = (one.localize(garden.panorama(pose)) for one in (loaded, maps["local"]))
+    assert (estimate.heading_rad, loaded.compass) == (None, None)
+    assert np.hypot(estimate.x_m - whole.x_m, estimate.y_m - whole.y_m) < 0.2
+
+
 @pytest.mark.parametrize("frames", [[59, 60], [60, 61], [0, 0], [61, 60], [2**62, 2**62]])
 def test_sources_with_other_numbers_of_frames(files, tmp_path, frames):
     header, arrays = parts(files["local"])

@@ -48,6 +48,23 @@ def test_the_same_through_a_file_and_up_to_rounding_in_the_subspace(slowmap, upd
     assert np.linalg.norm(one @ (one.T @ other) - other) < 1e-8
 
 
+def test_phases_are_remembered_as_they_were_and_headings_learnt_from_all(slowmap, updated, days, friday, tmp_path):
+    merged, _ = merge_maps(slowmap, build_map([days[1], friday]))
+    alone = build_map([friday]).memory[0]
+    for learnt in (updated[0], merged):
+        learnt.save(tmp_path / "m.andante")
+        for built in (learnt, SlowMap.load(tmp_path / "m.andante", with_memory=True)):
+            for session, expected in zip(built.memory, [*slowmap.memory, alone], strict=True):
+                np.testing.assert_array_equal(session.phase.codes, expected.phase.codes)
+                np.testing.assert_array_equal(session.phase.scale, expected.phase.scale)
+        off = []
+        for info in friday.infos:
+            turn = learnt.localize(friday.load(info)).heading_rad - info.reference.heading_rad
+            off.append(abs(np.degrees(np.mod(turn + np.pi, 2 * np.pi) - np.pi)))
+        assert np.median(off) < 1
+        assert learnt.calibration.heading_factor < 2 * slowmap.calibration.heading_factor
+
+
 def test_what_the_trial_tells(updated, friday):
     trial = updated[1]
     assert trial.objection is None

@@ -72,6 +72,20 @@ def test_drives_end_up_in_one_frame(laps, without_truth):
     assert apart_between(slowmap, laps) < 0.1
 
 
+def test_headings_are_those_of_the_common_frame(laps, without_truth):
+    """Which is turned against the truth by one angle, the same everywhere."""
+    slowmap = build_map(without_truth)
+    turns = []
+    for drive in laps:
+        for info in drive.infos[::5]:
+            estimate = slowmap.localize(drive.load(info))
+            turns.append(np.exp(1j * (estimate.heading_rad - info.reference.heading_rad)))
+    frame = np.mean(turns)
+    assert abs(frame) > 0.99
+    off = np.degrees(np.abs(np.angle(np.array(turns) / frame)))
+    assert np.median(off) < 2
+
+
 def test_an_update_is_a_rebuild(without_truth, tmp_path):
     log = BuildLog()
     updated, _ = update_map(build_map(without_truth[:2]), without_truth[2], log=log)

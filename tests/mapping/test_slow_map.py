@@ -1,5 +1,6 @@
 """One image in, one honest estimate out."""
 
+import dataclasses
 import json
 import math
 from concurrent.futures import ThreadPoolExecutor
@@ -42,6 +43,116 @@ def test_an_estimate_says_all_that_it_promises(slowmap, garden):
     assert np.linalg.eigvalsh(estimate.covariance).min() > 0
     assert 0 < estimate.likeness <= 1
     json.dumps(estimate.as_dict(), allow_nan=False)
+
+
+def test_the_covariance_is_that_of_the_radius(slowmap, garden):
+    """Were it round, the radius would hold 90 % of it; the heading varies by itself, in radians."""
+    for pose in garden.loop(23, 0.3):
+        estimate = slowmap.localize(garden.panorama(pose))
+        assert estimate.status.has_pose
+        covariance = estimate.covariance
+        deviation_m = math.sqrt(np.trace(covariance[:2, :2]) / 2)
+        assert 1 - math.exp(-0.5 * (estimate.radius_m / deviation_m) ** 2) == pytest.approx(0.9)
+        np.testing.assert_allclose(covariance, covariance.T)
+        np.testing.assert_array_equal(covariance[2, :2], 0)
+        assert np.linalg.eigvalsh(covariance).min() > 0
+        assert math.radians(0.1) <= math.sqrt(covariance[2, 2]) < math.radians(5)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.7, 2.0, math.pi, -2.5])
+def test_the_heading_of_a_robot_that_turned(fisheye_map, slowmap, garden, turn):
+    for pose in garden.loop(7, 0.3):
+        turned = (*pose[:2], pose[2] + turn)
+        for built, look in ((fisheye_map, garden.fisheye), (slowmap, garden.panorama)):
+            heading = built.localize(look(turned)).heading_rad
+            assert apart_deg(heading, turned[2]) < 2
+            assert -math.pi <= heading < math.pi
+
+
+def test_headings_hold_what_their_deviation_promises(slowmap, garden):
+    """In another light, turned at random; 90 % of a Gaussian lie within 1.645 deviations."""
+    off, promised = [], []
+    for pose in garden.loop(60, 0.3):
+        turned = (*pose[:2], pose[2] + 7 * pose[0])
+        estimate = slowmap.localize(garden.panorama(turned, 1.1, -20))
+        off.append(apart_deg(estimate.heading_rad, turned[2]))
+        promised.append(1.645 * math.degrees(math.sqrt(estimate.covariance[2, 2])))
+    assert np.mean(np.array(off) <= promised) >= 0.85
+    assert np.median(off) < 0.5
+
+
+def test_the_heading_is_that_of_the_robot_and_not_of_its_camera(fisheye_map, garden):
+    """The camera screwed on again, a quarter further round, and declared so."""
+    picture = garden.fisheye(garden.loop(60)[SOMEWHERE])
+    camera = dataclasses.replace(garden.fisheye_camera, forward_deg=90.0)
+    turned = np.rot90(picture).copy()
+    straight, other = fisheye_map.localize(picture), fisheye_map.for_camera(camera, turned).localize(turned)
+    assert apart_deg(other.heading_rad, straight.heading_rad) < 0.5
+    assert apart_deg(fisheye_map.localize(turned).heading_rad, straight.heading_rad) == pytest.approx(90, abs=0.5)
+
+
+def test_every_hypothesis_has_its_own_heading(slowmap, garden):
+    """What the compass says at its place, whatever it is worth."""
+    several = 0
+    for pose in garden.loop(23, 0.3):
+        picture = garden.panorama(pose, 0.6, 40)
+        encoded, estimate = slowmap.front_end.encode(picture), slowmap.localize(picture)
+        assert estimate.hypotheses[0].heading_rad == estimate.heading_rad
+        for one in estimate.hypotheses:
+            (heading,) = slowmap.compass.bearings(encoded.phase, np.array([[one.x_m, one.y_m]])).heading
+            assert one.heading_rad == (heading if np.isfinite(heading) else None)
+        several += len(estimate.hypotheses) > 1
+    assert several > 5
+
+
+def test_without_a_heading_the_covariance_says_nothing_of_it(slowmap, garden):
+    mute = dataclasses.replace(
+        slowmap, calibration=dataclasses.replace(slowmap.calibration, heading_factor=None)
+    ).localize(garden.panorama(garden.loop(60)[SOMEWHERE]))
+    assert mute.status is Status.OK
+    assert mute.heading_rad is None
+    assert np.isnan(mute.covariance[2]).all()
+    assert np.isnan(mute.covariance[:, 2]).all()
+    assert np.linalg.eigvalsh(mute.covariance[:2, :2]).min() > 0
+
+
+def test_a_camera_that_looks_one_way_tells_no_heading(garden, days, copied, small_config, tmp_path):
+    """And its map, which remembers no phases, survives the file all the same."""
+    half = CameraSpec(model="panorama", horizontal_field_of_view_deg=200.0)
+    built = build_map([copied(day, camera=half) for day in days], small_config)
+    assert built.compass is None
+    assert built.calibration.heading_factor is None
+    built.save(tmp_path / "map.andante")
+    loaded = SlowMap.load(tmp_path / "map.andante", with_memory=True)
+    assert [session.phase.dim for session in loaded.memory] == [0, 0]
+    for one in (built, loaded):
+        estimate = one.localize(garden.panorama(garden.loop(60)[SOMEWHERE]))
+        assert estimate.status is Status.OK
+        assert estimate.heading_rad is None
+        assert np.isnan(estimate.covariance[2]).all()
+        assert {one.heading_rad for one in estimate.hypotheses} == {None}
+        json.dumps(estimate.as_dict(), allow_nan=False)
+
+
+def test_drives_without_headings_make_a_map_that_tells_none(days, garden, copied, small_config):
+    blind = [
+        copied(day, reference=[dataclasses.replace(info.reference, heading_rad=None) for info in day.infos])
+        for day in days
+    ]
+    built = build_map(blind, small_config)
+    assert built.compass is None
+    assert built.localize(garden.panorama(garden.loop(60)[SOMEWHERE])).heading_rad is None
+
+
+def test_headings_of_one_drive_out_of_several_cannot_be_tried_and_are_not_told(days, garden, copied, small_config):
+    """Were they, the map would judge by a likeness to phases which the trial without that drive does not know."""
+    blind = copied(days[1], reference=[dataclasses.replace(info.reference, heading_rad=None) for info in days[1].infos])
+    pose = garden.loop(60)[SOMEWHERE]
+    built = build_map([days[0], blind], small_config)
+    assert (built.compass, built.calibration.heading_factor) == (None, None)
+    assert built.localize(garden.panorama(pose)).status is Status.OK
+    built = build_map([days[0], blind, garden.another_day()], small_config)
+    assert apart_deg(built.localize(garden.panorama(pose)).heading_rad, pose[2]) < 2
 
 
 def test_hypotheses_weigh_one_and_the_first_is_the_estimate(slowmap, garden):

@@ -47,8 +47,10 @@ def check_compass(compass: Compass) -> None:
     count = len(compass.codes)
     _check_codes("compass", compass.codes, count, compass.encoder.dim)
     _expect("compass.xy", compass.xy, (count, 2), "f8")
-    if not count or (np.abs(compass.xy) > _FARTHEST).any() or not _FINEST_M <= compass.cell_m <= _FARTHEST:
+    if not count or not _FINEST_M <= compass.cell_m <= _FARTHEST:
         raise MapError(f"a compass of {count} places of {compass.cell_m:g} m")
+    if (np.abs(compass.xy) > _FARTHEST).any():
+        raise MapError(f"array compass.xy holds numbers beyond {_FARTHEST:g}")
 
 
 def check_sources(sources: Sequence[Source], pictures: NDArray[Any], calibration: Calibration) -> None:

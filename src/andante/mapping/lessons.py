@@ -64,16 +64,23 @@ class Lessons:
 def lessons_of(
     sessions: Sequence[MappedSession], features: Codes, config: MapConfig, phase_encoder: PhaseEncoder | None = None
 ) -> Lessons:
-    """From all frames of some sessions, whose ``features`` come one session after the other."""
+    """From all frames of some sessions, whose ``features`` come one session after the other.
+
+    There is no compass where headings are known of one session alone out of several.
+    """
     ground = ground_of(sessions, config)
     names = [session.source.name for session in sessions]
+    folds = Folds.of(ground, names, config.calibration)
+    heading = np.concatenate([session.heading_rad for session in sessions])
+    # A compass that some of the trials lack could not be tried, and their likeness would not be that of the map.
+    every_trial_has_one = all(np.isfinite(heading[train]).any() for train, _ in folds)
     return Lessons(
         *_compressed(features, config),
         ground,
-        Folds.of(ground, names, config.calibration),
+        folds,
         Codes.joined([session.phase for session in sessions]),
-        np.concatenate([session.heading_rad for session in sessions]),
-        phase_encoder,
+        heading,
+        phase_encoder if every_trial_has_one else None,
     )
 
 
