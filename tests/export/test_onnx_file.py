@@ -25,8 +25,8 @@ def test_checked_model_of_standard_operations(small_map, running):
     }
     assert declared == exported.exported.outputs
     assert exported.exported.outputs == {
-        "slow": (16,), "xy": (2,), "covariance": (2, 2), "radius": (1,), "likeness": (1,), "agreement": (1,),
-        "status": (1,),
+        "slow": (16,), "xy": (2,), "covariance": (2, 2), "radius": (1,), "heading_rad": (1,),
+        "heading_deviation_rad": (1,), "likeness": (1,), "agreement": (1,), "status": (1,),
     }  # fmt: skip
 
 

@@ -2,20 +2,52 @@
 
 import dataclasses
 import itertools
+import math
 
 import numpy as np
 import pytest
 
-from andante.data import Status
+from andante.data import Estimate, Status
 from andante.export.judgement import STATUSES
-from andante.mapping.located import tempered
+from andante.mapping import SlowMap
+from andante.mapping.codes import Codes
 
+POSE = ("xy", "covariance", "radius", "heading_rad", "heading_deviation_rad")
 # Single precision carries seven digits, and features of unit length are weighted by rows as long as 130: 3e-6 measured.
 SLOW_TOLERANCE = 3e-5
 # Positions within 8 m. A Gaussian process sums up weights of both signs a thousand times larger: 1 mm measured.
 XY_TOLERANCE_M = {"local": 3e-5, "polynomial": 1e-4, "gaussian-process": 5e-3}
+# Both depend on which places are near, and so on the position.
+LIKENESS_TOLERANCE = {"local": 3e-5, "polynomial": 3e-5, "gaussian-process": 3e-3}
+HEADING_TOLERANCE_RAD = {"local": 1e-4, "polynomial": 1e-4, "gaussian-process": 3e-3}
 # Between its points its variance is what is left of one, of which three digits remain.
-COVARIANCE_TOLERANCE_M2 = {"local": 1e-5, "polynomial": 3e-5, "gaussian-process": 3e-4}
+RADIUS_TOLERANCE_M = {"local": 1e-3, "polynomial": 1e-3, "gaussian-process": 2e-2}
+
+
+def assert_same(found: dict[str, np.ndarray], slowmap: SlowMap, image: np.ndarray) -> Estimate:
+    """All outputs against the map's own words, which are given back."""
+    readout = slowmap.config.readout.kind
+    encoded, estimate = slowmap.front_end.encode(image), slowmap.localize(image)
+    sighting = slowmap.sight(encoded)
+    np.testing.assert_allclose(found["slow"], slowmap.model.transform(encoded.features)[0], atol=SLOW_TOLERANCE)
+    np.testing.assert_allclose(found["likeness"], sighting.likeness, atol=LIKENESS_TOLERANCE[readout])
+    np.testing.assert_allclose(found["likeness"], estimate.likeness, atol=LIKENESS_TOLERANCE[readout])
+    np.testing.assert_allclose(found["agreement"], sighting.located.agreement, atol=1e-4)
+    assert STATUSES[found["status"].item()] == estimate.status
+    if not estimate.status.has_pose:
+        assert all(np.isnan(found[name]).all() for name in POSE)
+        return estimate
+    np.testing.assert_allclose(found["xy"], sighting.located.xy[0], atol=XY_TOLERANCE_M[readout])
+    np.testing.assert_allclose(found["radius"], estimate.radius_m, atol=RADIUS_TOLERANCE_M[readout])
+    expected = estimate.covariance[:2, :2]
+    np.testing.assert_allclose(found["covariance"], expected, rtol=1e-3, atol=2e-2 * RADIUS_TOLERANCE_M[readout])
+    heading, deviation = found["heading_rad"].item(), found["heading_deviation_rad"].item()
+    assert np.isnan(heading) == np.isnan(deviation) == (estimate.heading_rad is None)
+    if estimate.heading_rad is not None:
+        assert abs(math.remainder(heading - estimate.heading_rad, 2 * math.pi)) < HEADING_TOLERANCE_RAD[readout]
+        assert -np.pi <= heading < np.pi
+        assert deviation == pytest.approx(math.sqrt(estimate.covariance[2, 2]), rel=10 * LIKENESS_TOLERANCE[readout])
+    return estimate
 
 
 @pytest.mark.parametrize(
@@ -28,25 +60,77 @@ def test_every_image_of_all_drives(fisheye, readout, expansion, map_of, drives, 
     for recording in drives(fisheye):
         for info in recording.infos:
             image = recording.load(info)
-            found = exported(image)
-            features = slowmap.front_end.features(image)[None]
-            slow, spread = slowmap.model.transform(features), slowmap.model.spread(features)
-            located = slowmap.readout.locate(slow)
-            estimate = slowmap.localize(image)
-            np.testing.assert_allclose(found["slow"], slow[0], atol=SLOW_TOLERANCE)
-            likeness = tempered(located.likeness, spread, located.spread)
-            np.testing.assert_allclose(found["likeness"], likeness, atol=3e-5)
-            np.testing.assert_allclose(found["agreement"], located.agreement, atol=1e-4)
-            assert STATUSES[found["status"].item()] == estimate.status
-            if estimate.status.has_pose:
-                np.testing.assert_allclose(found["xy"], located.xy[0], atol=XY_TOLERANCE_M[readout])
-                np.testing.assert_allclose(
-                    found["covariance"], located.covariance[0], atol=COVARIANCE_TOLERANCE_M2[readout]
-                )
-                radius_tolerance = 2e-2 if readout == "gaussian-process" else 1e-3
-                np.testing.assert_allclose(found["radius"], estimate.radius_m, atol=radius_tolerance)
-            else:
-                assert np.isnan(found["xy"]).all()
+            assert_same(exported(image), slowmap, image)
+
+
+@pytest.mark.parametrize("readout", ["local", "polynomial"])
+def test_robots_that_look_any_way(readout, map_of, garden, running):
+    slowmap = map_of(readout=readout)
+    exported, told = running(slowmap), []
+    for turn, pose in enumerate(garden.loop(60, 0.3)):
+        image = garden.panorama((*pose[:2], 0.9 * turn), 0.6, 40)
+        told.append(assert_same(exported(image), slowmap, image).heading_rad)
+    assert sum(heading is not None for heading in told) > 30
+
+
+def test_places_that_only_their_phases_tell_apart(garden, small_map, running):
+    """Every reference is there twice; the compass finds the twin, which has phases of its own."""
+    readout, compass = small_map.readout, small_map.compass
+    away = np.array([40.0, 0.0])
+    twice = dataclasses.replace(
+        readout,
+        codes=Codes.joined([readout.codes, readout.codes]),
+        xy=np.concatenate([readout.xy, readout.xy + away]),
+        spread=np.tile(readout.spread, 2),
+    )
+    foreign = Codes.of(compass.codes.rows()[::-1].copy())
+    for right, codes in ((0, [compass.codes, foreign]), (1, [foreign, compass.codes])):
+        both = dataclasses.replace(
+            compass, codes=Codes.joined(codes), xy=np.concatenate([compass.xy, compass.xy + away])
+        )
+        slowmap = dataclasses.replace(small_map, readout=twice, compass=both)
+        exported, sides = running(slowmap), []
+        for pose in garden.loop(30, 0.3):
+            image = garden.panorama((*pose[:2], 1.0))
+            estimate = assert_same(exported(image), slowmap, image)
+            if estimate.x_m is not None:
+                sides.append(estimate.x_m > 20)
+        assert len(sides) > 15
+        assert np.mean(sides) == pytest.approx(right, abs=0.1)
+
+
+@pytest.mark.parametrize("missing", ["compass", "heading_factor"])
+def test_maps_that_tell_no_headings(missing, small_map, drives, running):
+    if missing == "compass":
+        slowmap = dataclasses.replace(small_map, compass=None)
+    else:
+        calibration = dataclasses.replace(small_map.calibration, heading_factor=None)
+        slowmap = dataclasses.replace(small_map, calibration=calibration)
+    exported = running(slowmap)
+    for info in drives(False)[2].infos:
+        image = drives(False)[2].load(info)
+        assert assert_same(exported(image), slowmap, image).heading_rad is None
+
+
+@pytest.mark.parametrize("places", [1, 2, 3])
+def test_few_places(places, small_map, drives, running):
+    compass = small_map.compass
+    few = dataclasses.replace(compass, codes=compass.codes.subset(slice(places)), xy=compass.xy[:places])
+    slowmap = dataclasses.replace(small_map, compass=few)
+    exported = running(slowmap)
+    for info in drives(False)[2].infos:
+        image = drives(False)[2].load(info)
+        assert_same(exported(image), slowmap, image)
+
+
+def test_noise_and_blends_of_two_places(garden, small_map, running):
+    """Images of which the votes and the headings are as unclear as can be."""
+    exported, rng = running(small_map), np.random.default_rng(3)
+    poses = garden.loop(40)
+    for one, other in zip(poses, poses[rng.permutation(40)], strict=True):
+        image = garden.panorama(one) / 2 + garden.panorama(other) / 2 + rng.normal(0, 5, (12, 120))
+        image = np.clip(image, 0, 255).astype(np.uint8)
+        assert_same(exported(image), small_map, image)
 
 
 def test_foreign_places_have_no_position(garden, small_map, running):
@@ -65,7 +149,7 @@ def test_foreign_places_have_no_position(garden, small_map, running):
 def test_a_blank_image_is_lost(small_map, running):
     found = running(small_map)(np.full(small_map.front_end.image_shape, 7, np.uint8))
     assert STATUSES[found["status"].item()] is Status.LOST
-    assert all(np.isnan(found[name]).all() for name in ("xy", "covariance", "radius"))
+    assert all(np.isnan(found[name]).all() for name in POSE)
     assert np.isfinite(found["slow"]).all()
 
 

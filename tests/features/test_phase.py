@@ -17,7 +17,7 @@ SEEN = slice(0, 18)
 
 
 def encoder(**options) -> PhaseEncoder:
-    return PhaseEncoder(HEIGHT, WIDTH, **{"rows": 4, "n_frequencies": 12, **options})
+    return PhaseEncoder(HEIGHT, WIDTH, **{"most_bands": 4, "n_frequencies": 12, **options})
 
 
 @pytest.mark.parametrize("frequencies", [12, WIDTH // 2])
@@ -99,7 +99,7 @@ def test_low_and_narrow_panoramas_have_fewer_numbers(shape, bands, frequencies):
 
 @pytest.mark.parametrize("rows", [3, 5, 6])
 def test_bands_that_do_not_divide_the_height_share_its_rows_by_area(panoramas, rows):
-    phases = encoder(rows=rows)
+    phases = encoder(most_bands=rows)
     around = Surroundings.of(panoramas[:1].astype(np.float32), window_px((HEIGHT, WIDTH), (0.043, 0.2)), wrap=True)
     normal = patch_normalised(around, 20.0)[0]
     # Every row cut into as many slices as there are bands: then the bands are whole numbers of slices.

@@ -1,4 +1,4 @@
-"""An ONNX graph in the making: every operation returns the name of what it gives.
+"""An ONNX graph in the making: every operation returns the name of what it gives, and none is done twice.
 
 Only standard operations of opset 17 in float32 are used, so that any runtime of 2022 or later runs the graph.
 """
@@ -36,11 +36,15 @@ class Graph:
         self._constants: list[TensorProto] = []
         self._inputs: list[Any] = []
         self._outputs: list[Any] = []
+        self._known: dict[tuple[object, ...], str] = {}
 
     def __call__(self, kind: str, *inputs: Value, **attributes: object) -> str:
-        """Add an operation with one result."""
-        name = f"{kind}_{len(self._nodes)}"
-        return self._add(kind, [self._named(one) for one in inputs], [name], attributes)[0]
+        """Add an operation with one result, unless it is there already."""
+        named = [self._named(one) for one in inputs]
+        key = (kind, *named, repr(attributes))
+        if key not in self._known:
+            self._known[key] = self._add(kind, named, [f"{kind}_{len(self._nodes)}"], attributes)[0]
+        return self._known[key]
 
     def top(self, values: Value, count: int, *, largest: bool = False) -> tuple[str, str]:
         """The ``count`` smallest or largest of values (n,), best first, and where they are."""
@@ -104,12 +108,14 @@ class Graph:
         return outputs
 
     def _named(self, value: Value) -> str:
-        """A constant gets a name; floating ones become float32, except for those in half precision."""
+        """Equal constants get one name; floating ones become float32, except for those in half precision."""
         if isinstance(value, str):
             return value
         array = np.asarray(value)
         if array.dtype == np.float64:
             array = array.astype(np.float32)
-        name = f"constant_{len(self._constants)}"
-        self._constants.append(self._onnx.numpy_helper.from_array(np.ascontiguousarray(array), name))
-        return name
+        key = (array.dtype.str, array.shape, array.tobytes())
+        if key not in self._known:
+            self._known[key] = name = f"constant_{len(self._constants)}"
+            self._constants.append(self._onnx.numpy_helper.from_array(np.ascontiguousarray(array), name))
+        return self._known[key]

@@ -1,4 +1,4 @@
-"""What an estimate is worth, in a graph: the same bounds as ``SlowMap.localize`` has."""
+"""What an estimate is worth, in a graph: the same bounds and factors as ``SlowMap.estimate`` has."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andante.data import Status
+from andante.export.compass import BearingNames
 from andante.export.graph import Graph
 from andante.export.regressions import LocatedNames
 from andante.mapping.calibration import Calibration
 from andante.mapping.frontend import MIN_CONTRAST
+from andante.mapping.locating import DOUBT
+from andante.mapping.slow_map import DEVIATIONS_OF_90_PERCENT, FINEST_RAD, RADIUS_OF_90_PERCENT
 
 STATUSES = (Status.OK, Status.DEGRADED, Status.LOST, Status.OFF_MAP)
 """What the numbers of the output ``status`` mean; there is a position with the first two."""
@@ -39,10 +42,34 @@ def add_known(graph: Graph, values: str, status: str) -> str:
     return graph("Where", graph("LessOrEqual", status, _code(Status.DEGRADED)), values, np.nan)
 
 
-def add_radius(graph: Graph, covariance: str, factor: float) -> str:
+def add_doubt(graph: Graph, peak: str) -> str:
+    """(1,) how much less certain all is than it would be of an image just like its place; see ``doubt_of``."""
+    return graph("Exp", graph("Mul", graph("Sub", 1.0, peak), DOUBT))
+
+
+def add_radius(graph: Graph, covariance: str, doubt: str, factor: float) -> str:
     """Radius (1,) around the position, in the unit of the map."""
-    variance = graph.total(graph("Mul", covariance, np.eye(2)), 0, 1)
-    return graph.shaped(graph("Mul", graph("Sqrt", variance), factor), 1)
+    return graph("Mul", graph("Mul", graph("Sqrt", _trace(graph, covariance)), doubt), factor)
+
+
+def add_covariance(graph: Graph, covariance: str, radius: str) -> str:
+    """Covariance (2, 2) of which the radius holds 90 %, were it round."""
+    variance = graph.square(graph("Div", radius, RADIUS_OF_90_PERCENT))
+    return graph("Mul", covariance, graph("Div", graph("Mul", variance, 2.0), _trace(graph, covariance)))
+
+
+def add_heading(graph: Graph, bearings: BearingNames | None, doubt: str, factor: float | None) -> tuple[str, str]:
+    """Heading and its standard deviation (1,) in radians, NaN where it is not known."""
+    if bearings is None or factor is None:
+        unknown = graph("Identity", np.full(1, np.nan))
+        return unknown, unknown
+    deviation = graph("Max", graph("Mul", doubt, factor / DEVIATIONS_OF_90_PERCENT), FINEST_RAD)
+    return bearings.heading, graph("Where", graph("IsNaN", bearings.heading), np.nan, deviation)
+
+
+def _trace(graph: Graph, matrix: str) -> str:
+    """(1,) of a matrix (2, 2)."""
+    return graph.shaped(graph.total(graph("Mul", matrix, np.eye(2)), 0, 1), 1)
 
 
 def _blank(graph: Graph, panorama: str) -> str:

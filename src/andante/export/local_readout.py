@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from andante.export.compass import CompassInGraph
 from andante.export.graph import Graph
 from andante.export.linear_systems import add_solution
 from andante.export.regressions import LocatedNames
@@ -27,8 +28,8 @@ class _Neighbours:
     offset: str
 
 
-def add_local(graph: Graph, slow: str, readout: LocalReadout) -> LocatedNames:
-    """Slow features (k,) -> position, likeness and agreement."""
+def add_local(graph: Graph, slow: str, readout: LocalReadout, compass: CompassInGraph | None) -> LocatedNames:
+    """Slow features (k,) -> position, likeness and agreement; a compass is asked for its opinion on the candidates."""
     # Around their middle, references and positions are small numbers, of which single precision keeps more digits.
     middle, origin = readout.references.mean(axis=0), readout.xy.mean(axis=0)
     references = graph("Sub", _references(graph, readout.codes), middle)
@@ -39,7 +40,8 @@ def add_local(graph: Graph, slow: str, readout: LocalReadout) -> LocatedNames:
     d2 = graph.part(ascending, 0, readout.neighbours)
     positions = graph("Gather", (readout.xy - origin).astype(np.float32), nearest, axis=0)
     few = graph("Gather", references, graph.part(order, 0, min(INTERPOLATED, readout.neighbours)), axis=0)
-    around = _Neighbours(d2, positions, _votes(graph, d2, readout), graph("Sub", few, query))
+    persuasion = None if compass is None else compass.persuasion(nearest, readout.xy, readout.neighbours)
+    around = _Neighbours(d2, positions, _votes(graph, d2, persuasion, readout), graph("Sub", few, query))
     chosen = _consensus(graph, around, readout)
     share = graph("Mul", around.votes, chosen)
     agreement = graph.total(share, 0, keep=True)
@@ -71,11 +73,14 @@ def _squared_distances(graph: Graph, query: str, references: str, values: NDArra
     return graph("Max", graph("Add", squared, graph.total(graph.square(query), 0, keep=True)), 0.0)
 
 
-def _votes(graph: Graph, d2: str, readout: LocalReadout) -> str:
-    """(m,) how clearly each neighbour loses against the nearest one."""
+def _votes(graph: Graph, d2: str, persuasion: str | None, readout: LocalReadout) -> str:
+    """(m,) how clearly each neighbour loses against the nearest one, and what the phases think of it."""
     best = graph("Max", graph.part(d2, 0, 1), 1e-9 * readout.typical)
+    logarithm = graph("Mul", graph("Div", d2, best), -readout.sharpness)
+    if persuasion is not None:
+        logarithm = graph("Add", logarithm, persuasion)
     # Softmax is the same exponential, brought to a sum of one.
-    return graph("Softmax", graph("Mul", graph("Div", d2, best), -readout.sharpness), axis=0)
+    return graph("Softmax", logarithm, axis=0)
 
 
 def _consensus(graph: Graph, around: _Neighbours, readout: LocalReadout) -> str:

@@ -10,10 +10,22 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from andante.errors import ConfigError, MapError
+from andante.export.compass import CompassInGraph
 from andante.export.encoders import add_encoder
 from andante.export.graph import OPSET, Graph
-from andante.export.judgement import STATUSES, add_known, add_radius, add_status, add_tempered
+from andante.export.judgement import (
+    STATUSES,
+    add_covariance,
+    add_doubt,
+    add_heading,
+    add_known,
+    add_radius,
+    add_status,
+    add_tempered,
+)
 from andante.export.local_readout import add_local
 from andante.export.panoramas import add_panorama
 from andante.export.regressions import LocatedNames, add_gaussian_process, add_polynomial
@@ -41,11 +53,11 @@ def export_onnx(slowmap: SlowMap, path: str | Path, *, image_shape: tuple[int, i
     """Write the map as an ONNX file that takes grey images (height, width) uint8 of one size.
 
     ``image_shape`` (height, width) defaults to that of the map's camera; others have to have its proportions. Outputs:
-    ``slow`` (k,), ``xy`` (2,) and ``covariance`` (2, 2) and ``radius`` (1,) in the unit of the map, ``likeness`` (1,),
-    ``agreement`` (1,) and ``status`` (1,) int64, a number from the metadata's ``statuses``. Where the status has no
-    pose, position, covariance and radius are NaN. Raises ``MissingExtraError`` without onnx, ``ConfigError`` for an
-    encoder or readout that has no such form, ``ImageError`` for a size that does not fit, ``MapError`` where the file
-    cannot be written.
+    ``slow`` (k,), ``xy`` (2,) and ``covariance`` (2, 2) and ``radius`` (1,) in the unit of the map, ``heading_rad`` and
+    ``heading_deviation_rad`` (1,), ``likeness`` (1,), ``agreement`` (1,) and ``status`` (1,) int64, a number from the
+    metadata's ``statuses``. Where the status has no pose all that belongs to one is NaN, and so is a heading that is
+    not known. Raises ``MissingExtraError`` without onnx, ``ConfigError`` for an encoder or readout that has no such
+    form, ``ImageError`` for a size that does not fit, ``MapError`` where the file cannot be written.
     """
     shape = image_shape or slowmap.front_end.image_shape
     graph = Graph()
@@ -65,15 +77,24 @@ def _add_map(graph: Graph, image: str, slowmap: SlowMap, shape: tuple[int, int])
     panorama = add_panorama(graph, image, slowmap.front_end.unwrapper(shape))
     features = add_encoder(graph, panorama, slowmap.front_end.encoder)
     slow, spread = add_slow_model(graph, features, slowmap.model)
-    located = _add_readout(graph, slow, slowmap.readout)
-    likeness = add_tempered(graph, located, spread)
-    status = add_status(graph, panorama, likeness, located.agreement, slowmap.calibration)
-    radius = add_radius(graph, located.covariance, slowmap.calibration.radius_factor)
+    compass = None if slowmap.compass is None else CompassInGraph.of(graph, panorama, slowmap.compass)
+    located = _add_readout(graph, slow, slowmap.readout, compass)
+    likeness, doubt = add_tempered(graph, located, spread), graph("Identity", np.ones(1))
+    bearings = None if compass is None else compass.bearings(located.xy)
+    if bearings is not None:
+        likeness, doubt = graph("Mul", likeness, bearings.peak), add_doubt(graph, bearings.peak)
+    bounds = slowmap.calibration
+    status = add_status(graph, panorama, likeness, located.agreement, bounds)
+    radius = add_radius(graph, located.covariance, doubt, bounds.radius_factor)
+    covariance = add_covariance(graph, located.covariance, radius)
+    heading, deviation = add_heading(graph, bearings, doubt, bounds.heading_factor)
     results: dict[str, tuple[str, _Shape]] = {
         "slow": (slow, (slowmap.model.output_dim,)),
         "xy": (add_known(graph, located.xy, status), (2,)),
-        "covariance": (add_known(graph, located.covariance, status), (2, 2)),
+        "covariance": (add_known(graph, covariance, status), (2, 2)),
         "radius": (add_known(graph, radius, status), (1,)),
+        "heading_rad": (add_known(graph, heading, status), (1,)),
+        "heading_deviation_rad": (add_known(graph, deviation, status), (1,)),
         "likeness": (likeness, (1,)),
         "agreement": (located.agreement, (1,)),
         "status": (status, (1,)),
@@ -83,9 +104,9 @@ def _add_map(graph: Graph, image: str, slowmap: SlowMap, shape: tuple[int, int])
     return {name: size for name, (_, size) in results.items()}
 
 
-def _add_readout(graph: Graph, slow: str, readout: Readout) -> LocatedNames:
+def _add_readout(graph: Graph, slow: str, readout: Readout, compass: CompassInGraph | None) -> LocatedNames:
     if isinstance(readout, LocalReadout):
-        return add_local(graph, slow, readout)
+        return add_local(graph, slow, readout, compass)
     if isinstance(readout, PolynomialReadout):
         return add_polynomial(graph, slow, readout)
     if isinstance(readout, GaussianProcessReadout):

@@ -8,6 +8,7 @@ but for that factor, from which the turn between them follows.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -23,7 +24,7 @@ ComplexArray = NDArray[np.complex64]
 
 @dataclass(frozen=True)
 class PhaseEncoder:
-    """Panoramas (height, width) -> signatures (2 rows K,): coefficients 1..K of ``rows`` bands of the panorama.
+    """Panoramas (height, width) -> signatures (2 bands K,): coefficients 1..K of bands of the panorama.
 
     The panorama is patch-normalised, so that bright sky and dark ground count no more than their edges; real and
     imaginary parts follow each other, and each signature has length one.
@@ -31,7 +32,7 @@ class PhaseEncoder:
 
     height_px: int
     width_px: int
-    rows: int = 6
+    most_bands: int = 6
     n_frequencies: int = 40
     window_share: tuple[float, float] = (0.043, 0.2)
     deviation_floor: float = 20.0
@@ -39,7 +40,7 @@ class PhaseEncoder:
     @property
     def bands(self) -> int:
         """Number of bands: a low panorama has one for each of its rows."""
-        return min(self.rows, self.height_px)
+        return min(self.most_bands, self.height_px)
 
     @property
     def frequencies(self) -> int:
@@ -51,15 +52,19 @@ class PhaseEncoder:
         """Length of a signature."""
         return 2 * self.bands * self.frequencies
 
+    @cached_property
+    def band_weights(self) -> Float32Array:
+        """(bands, height) how much each row counts in each band, the uppermost first; every band sums to one."""
+        rows = np.eye(self.height_px, dtype=np.float32)
+        # Rows that lie in two bands count in each by their share.
+        return np.asarray(cv2.resize(rows, (self.height_px, self.bands), interpolation=cv2.INTER_AREA), np.float32)
+
     def encode(self, panoramas: ImageArray) -> Float32Array:
         """Grey uint8 (height, width) -> (dim,) float32, or a stack (n, height, width) -> (n, dim)."""
         stack = as_stack(panoramas, (self.height_px, self.width_px))
         window = window_px((self.height_px, self.width_px), self.window_share)
         normal = patch_normalised(Surroundings.of(stack, window, wrap=True), self.deviation_floor)
-        if self.bands < self.height_px:
-            size = (self.width_px, self.bands)
-            normal = np.stack([cv2.resize(one, size, interpolation=cv2.INTER_AREA) for one in normal])
-        spectra = fft.rfft(normal, axis=-1)[..., 1 : self.frequencies + 1].astype(np.complex64)
+        spectra = fft.rfft(self.band_weights @ normal, axis=-1)[..., 1 : self.frequencies + 1].astype(np.complex64)
         rows = unit_length(as_rows(spectra))
         return rows.reshape(*panoramas.shape[:-2], self.dim)
 

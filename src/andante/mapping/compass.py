@@ -31,7 +31,8 @@ ELSEWHERE_RAD = np.radians(20.0)
 """Farther from the peak than this, another one is a rival."""
 CLEAR = 1.1
 """How many times higher than its rival a peak has to be for the heading to count as known."""
-_PERSUASION = 30.0
+PERSUASION = 30.0
+"""How fast, in its logarithm, what speaks for a place grows with how alike it is."""
 _CHUNK_ROWS = 512
 
 
@@ -80,7 +81,7 @@ class Compass:
     def bearings(self, phase: NDArray[np.float32], xy: FloatArray) -> Bearings:
         """What signatures (n, dim) taken at positions (n, 2) say; a place far away is asked as well as a near one."""
         around = min(BLENDED, len(self.codes))
-        distance, place = self._nearest(xy, around)
+        distance, place = self.nearest(xy, around)
         # The nearest place counts wherever it is; others as far as they are about as near.
         weight = np.exp(-2 * (distance**2 - distance[:, :1] ** 2) / self.cell_m**2)
         blend = np.einsum("nm,nmd->nd", weight.astype(np.float32), self._rows[place])
@@ -97,9 +98,9 @@ class Compass:
     def persuasion(self, phase: NDArray[np.float32], positions: FloatArray) -> FloatArray:
         """How much (n, c) signatures (n, dim) speak for the candidates ``positions`` (n, c, 2): one for the best."""
         n, count = positions.shape[:2]
-        place = self._nearest(positions.reshape(-1, 2), 1)[1].reshape(n, count)
+        place = self.nearest(positions.reshape(-1, 2), 1)[1].reshape(n, count)
         peak = self._alike(phase, self._rows[place]).max(axis=2)
-        return np.asarray(np.exp(_PERSUASION * (peak - peak.max(axis=1, keepdims=True))))
+        return np.asarray(np.exp(PERSUASION * (peak - peak.max(axis=1, keepdims=True))))
 
     def _alike(self, phase: NDArray[np.float32], rows: NDArray[np.float32]) -> FloatArray:
         """How alike images (n, dim) and references (n, c, dim) are, (n, c, SAMPLES), under headings from 0 to 2 pi."""
@@ -110,8 +111,8 @@ class Compass:
         spectrum[..., 1 : seen.shape[-1] + 1] = (seen * np.conj(stored)).sum(axis=2)
         return np.asarray(fft.irfft(spectrum, SAMPLES, axis=-1) * (SAMPLES / 2), dtype=np.float64)
 
-    def _nearest(self, xy: FloatArray, count: int) -> tuple[FloatArray, NDArray[np.intp]]:
-        """Distances and places (n, count)."""
+    def nearest(self, xy: FloatArray, count: int) -> tuple[FloatArray, NDArray[np.intp]]:
+        """Distances and numbers (n, count) of the places nearest to positions (n, 2)."""
         distance, place = self._tree.query(xy, k=[*range(1, count + 1)])
         return np.asarray(distance), np.asarray(place)
 

@@ -12,7 +12,7 @@ from andante.mapping.compass import Bearings, Compass
 from andante.mapping.located import Hidden, Located, Readout, Witness, tempered
 from andante.mapping.readout import LocalReadout
 
-_DOUBT = 1.4
+DOUBT = 1.4
 """How fast errors grow as an image gets less like its place: fitted to their 90 % quantile in development gardens."""
 
 
@@ -71,7 +71,7 @@ def doubt_of(bearings: Bearings | None, count: int) -> FloatArray:
     """(count,) one where an image is just like its place or nothing is known of that, more where it is not."""
     if bearings is None:
         return np.ones(count)
-    return np.asarray(np.exp(_DOUBT * (1.0 - np.clip(bearings.peak, 0.0, 1.0))))
+    return np.asarray(np.exp(DOUBT * (1.0 - np.clip(bearings.peak, 0.0, 1.0))))
 
 
 def _witness(compass: Compass, phase: NDArray[np.float32]) -> Witness:

@@ -29,8 +29,10 @@ Unit = Literal["m", "place"]
 
 RADIUS_OF_90_PERCENT = float(np.sqrt(2 * np.log(10)))
 """Of a round Gaussian in the plane, in standard deviations along an axis."""
-_DEVIATIONS_OF_90_PERCENT = 1.645
-_FINEST_RAD = np.radians(0.1)
+DEVIATIONS_OF_90_PERCENT = 1.645
+"""Of a Gaussian on a line, to both sides."""
+FINEST_RAD = np.radians(0.1)
+"""No heading is promised to be closer than this."""
 _SAMPLED_PICTURES = 100
 
 
@@ -131,8 +133,8 @@ class SlowMap:
         factor = self.calibration.heading_factor
         if sighting.bearings is None or factor is None or not np.isfinite(sighting.bearings.heading[0]):
             return None, np.nan
-        deviation = factor * float(sighting.doubt[0]) / _DEVIATIONS_OF_90_PERCENT
-        return float(sighting.bearings.heading[0]), max(deviation, _FINEST_RAD)
+        deviation = factor * float(sighting.doubt[0]) / DEVIATIONS_OF_90_PERCENT
+        return float(sighting.bearings.heading[0]), max(deviation, FINEST_RAD)
 
     def describe(self) -> dict[str, Any]:
         """What is in the map, as plain values."""
