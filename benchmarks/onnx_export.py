@@ -7,6 +7,7 @@ in this process, one image after the other, without decoding; times are medians 
 """
 
 import argparse
+import math
 import os
 import platform
 import statistics
@@ -56,9 +57,9 @@ def in_python(slowmap: SlowMap, images: list[np.ndarray], threads: int) -> float
 
 def differences(
     slowmap: SlowMap, exported: onnxruntime.InferenceSession, images: list[np.ndarray]
-) -> tuple[float, float, int]:
-    """Largest difference of slow features and of positions, and how many statuses differ."""
-    slow, position, statuses = 0.0, 0.0, 0
+) -> tuple[float, float, float, int]:
+    """Largest difference of slow features, of positions and of headings, and how many statuses differ."""
+    slow, position, heading, statuses = 0.0, 0.0, 0.0, 0
     names = [one.name for one in exported.get_outputs()]
     for image in images:
         found = dict(zip(names, exported.run(None, {"image": image}), strict=True))
@@ -67,7 +68,10 @@ def differences(
         statuses += STATUSES[found["status"].item()] != estimate.status
         if estimate.status.has_pose:
             position = max(position, np.hypot(*(found["xy"] - (estimate.x_m, estimate.y_m))))
-    return slow, position, statuses
+        if estimate.heading_rad is not None:
+            turn = math.remainder(found["heading_rad"].item() - estimate.heading_rad, 2 * math.pi)
+            heading = max(heading, abs(math.degrees(turn)))
+    return slow, position, heading, statuses
 
 
 def main() -> None:
@@ -88,11 +92,11 @@ def main() -> None:
             sessions = [session(path, threads) for threads in (1, 2)]
         timed = [milliseconds(lambda image, s=one: s.run(None, {"image": image}), images) for one in sessions]
         python = [in_python(slowmap, images, threads) for threads in (1, 2)]
-        slow, position, statuses = differences(slowmap, sessions[0], images)
+        slow, position, heading, statuses = differences(slowmap, sessions[0], images)
         print(
             f"| {name} | {size / 1e6:.2f}, {exported.bytes / 1e6:.2f} MB | {timed[0]:.2f} / {timed[1]:.2f} ms | "
             f"{python[0]:.2f} / {python[1]:.2f} ms | slow features {slow:.0e}, position {1e3 * position:.3f} mm, "
-            f"{statuses} of {len(images)} statuses |"
+            f"heading {heading:.4f} degrees, {statuses} of {len(images)} statuses |"
         )
 
 

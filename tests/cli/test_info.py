@@ -66,6 +66,9 @@ def test_map(garden, andante):
     assert answer.exit_code == 0
     assert "monday" in answer.stdout
     assert "light 0.8" in answer.stdout
+    assert values["tells_heading"] is True
+    assert values["compass_places"] > 5
+    assert f"yes, from {values['compass_places']} places" in " ".join(answer.stdout.split())
 
 
 def test_expected_errors(garden, andante, tmp_path, fails):

@@ -20,12 +20,14 @@ def test_one_image(garden, andante):
     assert set(values) >= KEYS | {"image"}
     assert values["status"] in ("ok", "degraded")
     assert math.hypot(values["x_m"] - 1, values["y_m"]) < 0.3  # the loop begins at (1, 0)
+    assert abs(math.degrees(values["heading_rad"])) < 3  # and the robot always looks along x
+    assert values["covariance"][2][2] > 0
 
 
 def test_one_image_for_people(garden, andante):
     answer = andante("localize", garden.map, first_picture(garden.sunday))
     assert answer.exit_code == 0
-    assert all(word in answer.stdout for word in ("status", "x [m]", "90 % radius [m]", "reason"))
+    assert all(word in answer.stdout for word in ("status", "x [m]", "heading [deg]", "90 % radius [m]", "reason"))
 
 
 def test_covered_lens_is_lost_and_no_error(garden, andante, tmp_path):
@@ -68,6 +70,9 @@ def test_files(garden, andante, tmp_path):
     assert [row["image"] for row in rows] == [one["image"] for one in estimates]
     poses = [line for line in tum.read_text().splitlines() if not line.startswith("#")]
     assert len(poses) == sum(one["x_m"] is not None for one in estimates) > 0
+    *_, qz, qw = np.array([line.split() for line in poses], dtype=float).T
+    known = [one["heading_rad"] for one in estimates if one["x_m"] is not None]
+    np.testing.assert_allclose(2 * np.arctan2(qz, qw), known, atol=1e-6)
 
 
 def test_unreadable_images_are_told(garden, andante, tmp_path):

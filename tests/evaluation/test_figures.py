@@ -91,6 +91,21 @@ def test_answers_losses_and_pictures_without_a_guess_are_told_apart():
     assert figures.heading_median_deg is None
 
 
+def test_headings_are_compared_around_the_circle():
+    """Of the best hypothesis, whatever the status, and of frames alone of which both headings are known."""
+    looks = [(3.1, -3.1), (0.1, 0.2), (1.0, 1.0 + 4 * math.pi), (None, 0.5), (0.5, None)]
+    frames = []
+    for index, (told, true) in enumerate(looks):
+        best = (Hypothesis(0.0, 0.0, 0.6, told), Hypothesis(5.0, 0.0, 0.4, 2.0))
+        info = FrameInfo(index, f"{index}.jpg", float(index), reference=Pose2D(0.0, 0.0, true))
+        frames.append(LocalizedFrame(info, Estimate(Status.LOST, "", hypotheses=best), 0.002))
+    expected = math.degrees(2 * math.pi - 6.2)
+    assert figures_of_run(Run(tuple(frames)), "m").heading_median_deg == pytest.approx(expected)
+    assert figures_of_run(Run(tuple(frames[:3])), "m").heading_median_deg == pytest.approx(expected)
+    assert figures_of_run(Run(tuple(frames[3:])), "m").heading_median_deg is None
+    assert figures_of_run(Run(tuple(frames)), "place").heading_median_deg is None
+
+
 def test_without_radius_there_is_no_coverage():
     assert figures_of_run(Run((frame(0, 0.1),)), "m").coverage_90 is None
 

@@ -43,6 +43,7 @@ def test_metadata(small_map, running):
     assert json.loads(metadata["statuses"]) == ["ok", "degraded", "lost", "off_map"]
     assert json.loads(metadata["image_px"]) == [120, 12]
     assert json.loads(metadata["radius_holds"]) == 0.9
+    assert json.loads(metadata["tells_heading"]) is True
     assert [one["content_hash"] for one in json.loads(metadata["provenance"])] == [
         source.content_hash for source in small_map.sources
     ]

@@ -299,7 +299,7 @@ def test_many_threads_give_what_one_gives(fisheye_map, garden, tmp_path):
 
 def test_features_of_a_wrong_length_are_refused(slowmap):
     with pytest.raises(ArrayError, match="X has 5 features, but this map is expecting 1440"):
-        slowmap.estimate(Encoded(np.zeros((1, 5), np.float32), np.zeros((1, 480), np.float32)))
+        slowmap.estimate(Encoded(np.zeros((1, 5), np.float32), np.zeros((1, slowmap.front_end.phase_dim), np.float32)))
 
 
 def test_slow_features_of_an_image(slowmap, garden, days):

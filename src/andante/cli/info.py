@@ -48,6 +48,7 @@ def _print_map(described: dict[str, Any]) -> None:
         "slow features": f"{described['slow_features']}, slowness from {config['learning']['order']}",
         "readout": config["readout"]["kind"],
         "heading": "does not matter" if described["heading_invariant"] else "must be like in the mapped drives",
+        "tells headings": f"yes, from {described['compass_places']} places" if described["tells_heading"] else "no",
         "calibrated on": described["cross_validation"]["kind"],
         "can be updated": "yes" if described["updatable"] else "no, it does not remember its frames",
     }

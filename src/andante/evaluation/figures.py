@@ -51,7 +51,8 @@ class Figures(ErrorFigures):
     ``unlocalized`` ones, whose picture shows nothing, have none. ``answered`` are the errors of those with a pose
     alone, ``lost_share`` is the share of the others, ``statuses`` counts both. ``coverage_90`` is the share of answered
     frames whose error is within ``radius_m``. ``ms_per_image`` is wall time with decoding, in all threads together;
-    ``ms_localize`` the median of what follows decoding, in one thread. ``heading_median_deg`` waits for headings.
+    ``ms_localize`` the median of what follows decoding, in one thread. ``heading_median_deg`` is over all frames with a
+    true heading whose best hypothesis has one.
     """
 
     n: int
@@ -110,7 +111,7 @@ def figures_of_run(run: Run, unit: Unit) -> Figures:
         lost_share=1 - float(answered.sum()) / n if n else None,
         unlocalized=int((has_truth & ~known).sum()),
         coverage_90=_coverage(run, errors, answered & known),
-        heading_median_deg=None,
+        heading_median_deg=_heading_median_deg(run, unit),
         ms_per_image=1000 * run.wall_s / len(seconds) if seconds else None,
         ms_localize=1000 * float(np.median(seconds)) if seconds else None,
         statuses={str(status): counts[status] for status in Status},
@@ -153,6 +154,15 @@ def _place_figures(errors: FloatArray) -> PlaceFigures:
         share_within_3=float((errors <= 3).mean()),
         share_within_10=float((errors <= 10).mean()),
     )
+
+
+def _heading_median_deg(run: Run, unit: Unit) -> float | None:
+    truth = Trajectory.of([frame.info for frame in run.frames], "reference").heading_rad
+    best = [frame.estimate.hypotheses[:1] for frame in run.frames]
+    told = np.array([one[0].heading_rad if one else None for one in best], dtype=np.float64)
+    off = np.abs(np.mod(told - truth + np.pi, 2 * np.pi) - np.pi)
+    known = np.isfinite(off)
+    return float(np.degrees(np.median(off[known]))) if unit == "m" and known.any() else None
 
 
 def _coverage(run: Run, errors: FloatArray, counted: NDArray[np.bool_]) -> float | None:

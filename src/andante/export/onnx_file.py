@@ -133,6 +133,7 @@ def _metadata(slowmap: SlowMap, shape: tuple[int, int]) -> dict[str, str]:
         "statuses": _json([status.value for status in STATUSES]),
         "radius_holds": _json(slowmap.config.calibration.coverage),
         "heading_invariant": _json(slowmap.heading_invariant),
+        "tells_heading": _json(slowmap.tells_heading),
         "features": described["features"],
         "readout": slowmap.config.readout.kind,
     }

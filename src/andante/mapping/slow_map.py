@@ -130,11 +130,11 @@ class SlowMap:
 
     def _heading(self, sighting: Sighting) -> tuple[float | None, float]:
         """In radians, and its standard deviation; ``None`` where there is none."""
-        factor = self.calibration.heading_factor
-        if sighting.bearings is None or factor is None or not np.isfinite(sighting.bearings.heading[0]):
+        bearings, factor = sighting.bearings, self.calibration.heading_factor
+        if bearings is None or factor is None or not np.isfinite(bearings.heading[0]):
             return None, np.nan
         deviation = factor * float(sighting.doubt[0]) / DEVIATIONS_OF_90_PERCENT
-        return float(sighting.bearings.heading[0]), max(deviation, FINEST_RAD)
+        return float(bearings.heading[0]), max(deviation, FINEST_RAD)
 
     def describe(self) -> dict[str, Any]:
         """What is in the map, as plain values."""
@@ -146,6 +146,8 @@ class SlowMap:
             "deltas": [float(delta) for delta in self.model.deltas],
             "panorama_px": [self.front_end.panorama_shape[1], self.front_end.panorama_shape[0]],
             "heading_invariant": self.heading_invariant,
+            "tells_heading": self.tells_heading,
+            "compass_places": 0 if self.compass is None else len(self.compass.codes),
             "updatable": self.asked.memory.keep,
             "recordings": [
                 {
@@ -174,6 +176,11 @@ class SlowMap:
     def heading_invariant(self) -> bool:
         """Whether features are the same whichever way the robot looks."""
         return self.front_end.feature_kind == "fourier" and self.front_end.camera.heading_invariant
+
+    @property
+    def tells_heading(self) -> bool:
+        """Whether estimates say which way the robot looks."""
+        return self.compass is not None and self.calibration.heading_factor is not None and self.unit == "m"
 
     def learnt_from(self, content_hash: str) -> bool:
         """Whether a recording with this content is in the map."""
