@@ -26,6 +26,27 @@ def test_features_are_those_of_the_grey_panorama(garden):
     assert front.dim == len(front.features(picture))
 
 
+def test_an_encoded_picture_holds_features_and_phases_of_one_panorama(garden):
+    front = front_end(garden.fisheye_camera, (120, 120))
+    picture = garden.fisheye(garden.loop(5)[0])
+    encoded, panorama = front.encode(picture), front.grey_panorama(picture)
+    assert len(encoded) == 1
+    np.testing.assert_array_equal(encoded.features[0], front.features(picture))
+    np.testing.assert_array_equal(encoded.phase, front.phases(panorama[None]))
+    np.testing.assert_array_equal(encoded.phase[0], front.phase_encoder.encode(panorama))
+    assert encoded.phase.shape == (1, front.phase_dim)
+    with pytest.raises(BlankImageError):
+        front.encode(np.zeros((120, 120), np.uint8))
+
+
+@pytest.mark.parametrize("camera", [PERSPECTIVE, CameraSpec(model="panorama", horizontal_field_of_view_deg=200.0)])
+def test_who_does_not_look_all_around_sees_no_phases(camera, garden):
+    front = front_end(camera, (12, 120))
+    assert (front.phase_encoder, front.phase_dim) == (None, 0)
+    encoded = front.encode(garden.panorama(garden.loop(5)[0]))
+    assert (encoded.features.shape, encoded.phase.shape) == ((1, front.dim), (1, 0))
+
+
 def test_auto_is_fourier_where_a_turn_only_shifts_columns_and_flat_elsewhere():
     assert front_end(CameraSpec(model="panorama"), (12, 120)).feature_kind == "fourier"
     assert front_end(PERSPECTIVE, (12, 120)).feature_kind == "flat"
