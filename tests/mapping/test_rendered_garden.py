@@ -37,6 +37,19 @@ def test_summer_finds_its_way_in_autumn(summer, shared_data):
     assert sum(not status.has_pose for status in statuses) <= 0.03 * len(statuses)
 
 
+def test_summer_knows_which_way_it_looks_in_autumn(summer, shared_data):
+    recording = open_recording(shared_data / "garden_a" / "border_autumn")
+    off, promised = [], []
+    for info, estimate in map_frames(recording, lambda frame: summer.localize(frame.image), range(0, 300, 5)):
+        if estimate.heading_rad is not None:
+            off.append(abs(math.remainder(estimate.heading_rad - info.reference.heading_rad, 2 * math.pi)))
+            promised.append(1.645 * math.sqrt(estimate.covariance[2, 2]))
+    assert len(off) > 50
+    assert math.degrees(np.median(off)) < 0.3
+    assert math.degrees(max(off)) < 2
+    assert np.mean(np.array(off) <= promised) >= 0.85
+
+
 def test_noise_is_never_taken_for_the_garden(summer):
     rng = np.random.default_rng(0)
     found = [summer.localize(rng.integers(0, 256, (480, 480), dtype=np.uint8)).status for _ in range(20)]
