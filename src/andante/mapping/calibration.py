@@ -18,6 +18,7 @@ from andante.errors import LearningError
 from andante.mapping.folds import Folds, Mask
 from andante.mapping.learning import Ground
 from andante.mapping.locating import Sighting
+from andante.mapping.off_path import ViewBounds
 
 Kind = Literal["sessions", "blocks", "none"]
 FoldLocator = Callable[[Mask, Mask], tuple[Sighting, FloatArray]]
@@ -52,7 +53,7 @@ class Calibration:
     below ``degraded_below``: what 90 % and 99 % of held-out images do not reach once their own place is taken off the
     map. Held-out blocks of one session show no other light, in which all likeness is smaller; there it is 50 % and
     90 %. Lost is where less than ``lost_below`` of the evidence agrees. ``usual_likeness`` is the median of held-out
-    images.
+    images; ``views`` is what holds for images from away of all mapped places.
     """
 
     kind: Kind
@@ -62,6 +63,7 @@ class Calibration:
     off_map_below: float
     heading_factor: float | None = None
     usual_likeness: float | None = None
+    views: ViewBounds | None = None
     folds: tuple[Fold, ...] = ()
 
 
