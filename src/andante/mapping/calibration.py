@@ -19,6 +19,7 @@ from andante.mapping.folds import Folds, Mask
 from andante.mapping.learning import Ground
 from andante.mapping.locating import Sighting
 from andante.mapping.off_path import ViewBounds
+from andante.mapping.uncertainty import conformal_factor
 
 Kind = Literal["sessions", "blocks", "none"]
 FoldLocator = Callable[[Mask, Mask], tuple[Sighting, FloatArray]]
@@ -134,16 +135,6 @@ def _held_out(ground: Ground, heading: FloatArray, train: Mask, test: Mask, loca
 def _quantiles(values: FloatArray, *shares: float) -> list[float]:
     """Zero where there are no values to go by."""
     return [float(np.quantile(values, share)) if len(values) else 0.0 for share in shares]
-
-
-def conformal_factor(error: FloatArray, sigma: FloatArray, coverage: float) -> float:
-    """The factor f with error <= f sigma for at least ``coverage`` of exchangeable new frames.
-
-    The ceil((n + 1) coverage)-th smallest score of n; the largest where n is too small for that.
-    """
-    scores = np.sort(error / sigma)
-    rank = int(np.ceil((len(scores) + 1) * coverage))
-    return float(scores[min(rank, len(scores)) - 1])
 
 
 def _fold(label: str, members: tuple[int, ...], error: FloatArray) -> Fold:

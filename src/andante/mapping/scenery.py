@@ -15,11 +15,11 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
+from scipy import fft, sparse
 
 from andante.data import FloatArray, IndexArray
 from andante.features import PhaseEncoder
-from andante.features.phase import ComplexArray, alike_under_turns
+from andante.features.phase import ComplexArray
 from andante.mapping.codes import Codes
 from andante.mapping.stereo import COLUMNS, DIRECTIONS, column_at, shift_between, sweep
 from andante.mapping.thinning import thinned_by_place
@@ -38,12 +38,16 @@ _CHUNK = 64
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """Where a view was imagined that is most like an image; ``alike`` from 1 (the same) to 0 (nothing in common)."""
+    """Where a view was imagined that is most like an image; ``alike`` from 1 (the same) to 0 (nothing in common).
+
+    ``alike_mirrored`` is the same for the mirror image, wherever that fits best.
+    """
 
     x_m: float
     y_m: float
     heading_rad: float
     alike: float
+    alike_mirrored: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,7 +112,9 @@ class Scenery:
 
     def search(self, phase: NDArray[np.float32]) -> Spot:
         """The spot for one signature (dim,), wherever it is and whichever way the robot looks."""
-        curves = alike_under_turns(self.encoder.spectra(phase[None]), self._views, SAMPLES)
+        seen = self.encoder.spectra(phase[None])[0]
+        # Left and right exchanged, the coefficients of a row are conjugated.
+        curves, others = self._alike(np.stack([seen, np.conj(seen)]))
         peaks = curves.max(axis=1).reshape(self._grid)
         i, j = (int(index) for index in np.unravel_index(int(peaks.argmax()), self._grid))
         aside = np.array([_summit(peaks[:, j], i), _summit(peaks[i], j)])
@@ -117,7 +123,14 @@ class Scenery:
         at = int(curve.argmax())
         turn = at + _summit(np.roll(curve, SAMPLES // 2 - at), SAMPLES // 2)
         heading = np.mod(2 * np.pi * turn / SAMPLES + np.pi, 2 * np.pi) - np.pi
-        return Spot(x, y, float(heading), float(peaks[i, j]))
+        return Spot(x, y, float(heading), float(peaks[i, j]), float(others.max()))
+
+    def _alike(self, seen: ComplexArray) -> NDArray[np.float32]:
+        """How alike images (n, bands, K) and all views are under every turn: (n, spots, SAMPLES)."""
+        products = seen.transpose(2, 0, 1) @ self._views
+        spectrum = np.zeros((*products.shape[1:], SAMPLES // 2 + 1), dtype=np.complex64)
+        spectrum[..., 1 : len(products) + 1] = products.transpose(1, 2, 0)
+        return np.asarray(fft.irfft(spectrum, SAMPLES, axis=-1) * np.float32(SAMPLES / 2), dtype=np.float32)
 
     @cached_property
     def _step(self) -> float:
@@ -136,12 +149,12 @@ class Scenery:
 
     @cached_property
     def _views(self) -> ComplexArray:
-        """(spots, bands, K): signatures of what should be seen at heading zero."""
+        """(K, bands, spots): signatures of what should be seen at heading zero, conjugated."""
         spots, looks = self._spots.reshape(-1, 2).astype(np.float32), self.codes.rows()
         looks /= np.maximum(np.linalg.norm(looks, axis=1, keepdims=True), np.finfo(np.float32).tiny)
         starts = range(0, len(spots), _CHUNK)
         parts = [self.encoder.encoded(self._imagined(spots[start : start + _CHUNK], looks)) for start in starts]
-        return self.encoder.spectra(np.concatenate(parts))
+        return np.ascontiguousarray(np.conj(self.encoder.spectra(np.concatenate(parts))).transpose(2, 1, 0))
 
     def _imagined(self, spots: NDArray[np.float32], looks: NDArray[np.float32]) -> NDArray[np.float32]:
         """Panoramas (s, bands, COLUMNS) of things that look (m, bands), from spots (s, 2)."""
@@ -186,12 +199,6 @@ class Scenery:
         return cls(encoder, codes, arrays["xy"], arrays["distance"], arrays["area"], radius)
 
 
-def mirrored(encoder: PhaseEncoder, signatures: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Signatures (n, dim) of the same panoramas with left and right exchanged, as of another place much like this."""
-    pairs = signatures.reshape(len(signatures), -1, 2)
-    return np.ascontiguousarray(pairs * np.array([1, -1], dtype=np.float32)).reshape(signatures.shape)
-
-
 def _spread_out(drives: Drives) -> IndexArray:
     """One frame for each place and session, and not too many of all."""
     xy, session = drives.poses[:, :2], drives.session
@@ -200,7 +207,7 @@ def _spread_out(drives: Drives) -> IndexArray:
     return first[thinned_by_place(xy[first], session[first], _FRAMES)]
 
 
-def _summit(line: FloatArray, at: int) -> float:
+def _summit(line: NDArray[np.floating[Any]], at: int) -> float:
     """How far from the best of some samples a parabola through it and its neighbours has its top; 0 at the rim."""
     if not 0 < at < len(line) - 1:
         return 0.0

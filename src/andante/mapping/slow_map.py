@@ -21,19 +21,15 @@ from andante.mapping.judgement import judge
 from andante.mapping.located import Readout
 from andante.mapping.locating import Locator, Sighting
 from andante.mapping.memory import MappedSession, Source
-from andante.mapping.off_path import ViewBounds, share_of_view
-from andante.mapping.scenery import Scenery, Spot
+from andante.mapping.off_path import weighed
+from andante.mapping.scenery import Scenery
 from andante.mapping.sessions import short_fingerprint
+from andante.mapping.uncertainty import LEAST_OFF_RAD, covariance_of
 from andante.protocols import Recording
 from andante.recordings import picture_fingerprint
 
 Unit = Literal["m", "place"]
 
-RADIUS_OF_90_PERCENT = float(np.sqrt(2 * np.log(10)))
-"""Of a round Gaussian in the plane, in standard deviations along an axis."""
-_DEVIATIONS_OF_90_PERCENT = 1.645
-_LEAST_OFF_RAD = np.radians(0.2)
-_CLEAR_SHARE = 0.8
 _SAMPLED_PICTURES = 100
 
 
@@ -43,8 +39,8 @@ class SlowMap:
 
     ``config`` is how the map was made, with every default resolved, ``asked`` how it was asked for, with what was left
     open. ``compass`` tells headings, where those of the drives are known and the camera looks all around; ``scenery``
-    finds images that were taken away from all mapped places. ``pictures`` are the fingerprints of each source's frames. ``memory`` are the sessions themselves, where the map remembers them:
-    what ``andante update`` learns from again.
+    finds images that were taken away from all mapped places. ``pictures`` are the fingerprints of each source's frames.
+    ``memory`` are the sessions themselves, where the map remembers them: what ``andante update`` learns from again.
     """
 
     config: MapConfig
@@ -115,10 +111,7 @@ class SlowMap:
         bounds = self.calibration.views
         if self.scenery is None or bounds is None:
             return on_path
-        spot = self.scenery.search(encoded.phase[0])
-        if not bounds.found(spot):
-            return on_path
-        return self._weighed(on_path, spot, bounds, _peak(sighting))
+        return weighed(on_path, _peak(sighting), self.scenery.search(encoded.phase[0]), bounds)
 
     def _on_path(self, sighting: Sighting, encoded: Encoded) -> Estimate:
         """What the mapped places say."""
@@ -132,38 +125,9 @@ class SlowMap:
         radius = self.calibration.radius_factor * float(sighting.sigma[0])
         heading, off = hypotheses[0].heading_rad, np.nan
         if heading is not None:
-            off = (self.calibration.heading_factor or _LEAST_OFF_RAD) * float(sighting.doubt[0])
-        covariance = _covariance(sighting.located.covariance[0], radius, off)
+            off = (self.calibration.heading_factor or LEAST_OFF_RAD) * float(sighting.doubt[0])
+        covariance = covariance_of(sighting.located.covariance[0], radius, off)
         return Estimate(status, reason, x, y, heading, covariance, radius, likeness=likeness, hypotheses=hypotheses)
-
-    def _weighed(self, on_path: Estimate, spot: Spot, bounds: ViewBounds, peak: float) -> Estimate:
-        """An imagined view against the mapped ones, whose best is alike by ``peak``: the better one is believed."""
-        share, radius = share_of_view(spot.alike, peak), bounds.radius_m(spot)
-        rivals = [replace(one, weight=one.weight * (1 - share)) for one in on_path.hypotheses]
-        view = Hypothesis(spot.x_m, spot.y_m, share, spot.heading_rad)
-        near = False
-        if on_path.x_m is not None and on_path.y_m is not None and on_path.radius_m is not None:
-            near = bool(np.hypot(on_path.x_m - spot.x_m, on_path.y_m - spot.y_m) <= on_path.radius_m + radius)
-        if near:
-            return on_path  # both mean the same place, and mapped ones tell it more finely
-        if share < 0.5:
-            return replace(on_path, hypotheses=(*rivals, view))
-        alike = f"views imagined from there are alike by {spot.alike:.2f}, those of other places by {bounds.found_above:.2f}"
-        status, reason = Status.OK, f"between mapped places: {alike}"
-        if on_path.status.has_pose and share < _CLEAR_SHARE:
-            status, reason = Status.DEGRADED, f"{reason}, mapped ones elsewhere by {peak:.2f}"
-        covariance = _covariance(np.eye(2), radius, bounds.heading_rad(spot))
-        return Estimate(
-            status,
-            reason,
-            spot.x_m,
-            spot.y_m,
-            spot.heading_rad,
-            covariance,
-            radius,
-            likeness=max(spot.alike, on_path.likeness or 0.0),
-            hypotheses=(view, *rivals),
-        )
 
     def describe(self) -> dict[str, Any]:
         """What is in the map, as plain values."""
@@ -237,16 +201,3 @@ class SlowMap:
 def _peak(sighting: Sighting) -> float:
     """How alike the image and the mapped place are; 0 where nothing tells."""
     return 0.0 if sighting.bearings is None else float(np.nan_to_num(sighting.bearings.peak[0]))
-
-
-def _covariance(shape: FloatArray, radius_m: float, off_rad: float) -> FloatArray:
-    """(3, 3) over x, y and heading: of the ``shape`` (2, 2), and as large as both calibrated bounds say.
-
-    The 90 % radius of such a Gaussian, were it round, is ``radius_m``; NaN for an unknown heading.
-    """
-    covariance = np.full((3, 3), np.nan)
-    covariance[:2, :2] = shape * (2 * (radius_m / RADIUS_OF_90_PERCENT) ** 2 / np.trace(shape))
-    if np.isfinite(off_rad):
-        covariance[2] = covariance[:, 2] = 0.0
-        covariance[2, 2] = (max(off_rad, _LEAST_OFF_RAD) / _DEVIATIONS_OF_90_PERCENT) ** 2
-    return covariance
