@@ -85,6 +85,7 @@ def map_of(drives):
         values = {
             "learning": {"expansion": expansion, "reduced_dim": 8, "slow_features": 16},
             "readout": kind,
+            "off_path": {"enabled": False},
             **sections,
         }
         return build_map(drives(fisheye)[:2], MapConfig().with_values(values))

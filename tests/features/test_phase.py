@@ -10,6 +10,7 @@ import pytest
 from andante.errors import ConfigError
 from andante.features import PhaseEncoder
 from andante.features.illumination import Surroundings, patch_normalised, window_px
+from andante.features.phase import alike_under_turns
 
 HEIGHT, WIDTH = 8, 48
 SEEN = slice(0, 18)
@@ -41,13 +42,18 @@ def test_turning_by_any_angle_adds_up_and_back(panoramas):
     np.testing.assert_allclose(np.linalg.norm(twice, axis=1), 1, rtol=1e-5)
 
 
-def test_a_signature_is_the_transform_of_patch_normalised_bands(panoramas):
-    """Term by term: means over two rows each, coefficients 1, 2, .., real and imaginary part beside each other."""
-    phases = encoder()
+def normal(picture: np.ndarray, phases: PhaseEncoder) -> np.ndarray:
+    """(height, width) patch-normalised."""
     window = window_px((HEIGHT, WIDTH), phases.window_share)
+    around = Surroundings.of(picture[None].astype(np.float32), window, wrap=True)
+    return patch_normalised(around, phases.deviation_floor)[0]
+
+
+def test_a_signature_is_the_transform_of_patch_normalised_bands(panoramas):
+    """Term by term: coefficients 1, 2, .. of every band, real and imaginary part beside each other."""
+    phases = encoder()
     for panorama in panoramas[[0, 7, 17]]:
-        around = Surroundings.of(panorama[None].astype(np.float32), window, wrap=True)
-        bands = patch_normalised(around, phases.deviation_floor)[0].reshape(4, 2, WIDTH).mean(axis=1)
+        bands = phases.band_weights @ normal(panorama, phases)
         expected = [
             sum(x * cmath.exp(-2j * math.pi * k * t / WIDTH) for t, x in enumerate(band))
             for band in bands.tolist()
@@ -59,6 +65,75 @@ def test_a_signature_is_the_transform_of_patch_normalised_bands(panoramas):
         spectra = phases.spectra(found[None])
         assert spectra.shape == (1, 4, 12)
         np.testing.assert_allclose(spectra.ravel(), np.array(expected) / np.linalg.norm(flat), atol=1e-5)
+
+
+ELEVATIONS = [None, (3.0, 50.0), (-20.0, 60.0), (0.0, 85.0)]
+
+
+@pytest.mark.parametrize("height", [1, 3, 12, 24, 60])
+@pytest.mark.parametrize("elevation_deg", ELEVATIONS)
+def test_bands_lie_one_below_the_other_and_each_sums_to_one(height, elevation_deg):
+    phases = PhaseEncoder(height, 60, elevation_deg)
+    weights = phases.band_weights
+    assert weights.shape == (min(12, height), height)
+    assert (weights >= 0).all()
+    np.testing.assert_allclose(weights.sum(axis=1), 1, rtol=1e-6)
+    # Near the horizon several may share a row.
+    assert (np.diff(weights @ np.arange(height)) > -1e-5).all()
+
+
+def test_bands_of_unknown_elevation_are_as_high_as_each_other():
+    weights = PhaseEncoder(24, 60, None, 6).band_weights
+    np.testing.assert_allclose(weights @ np.arange(24), 1.5 + 4 * np.arange(6), atol=0.1)
+    assert PhaseEncoder(24, 60).band_step is None
+
+
+def test_what_comes_nearer_by_the_factor_of_a_band_moves_up_by_one():
+    """Tangents of the elevations at which bands have their middles, by a camera of very many rows."""
+    phases = PhaseEncoder(4000, 60, (3.0, 50.0))
+    row = phases.band_weights @ np.arange(4000)
+    tangent = np.tan(np.radians(50 - 47 * (row + 0.5) / 4000))
+    np.testing.assert_allclose(np.log(tangent[:-1] / tangent[1:]), phases.band_step, rtol=5e-3)
+    assert phases.band_step == pytest.approx(np.log(np.tan(np.radians(50)) / np.tan(np.radians(3))) / 12)
+
+
+@pytest.mark.parametrize("width", [WIDTH, 60, 31, 120])
+def test_pictures_are_what_signatures_stand_for(panoramas, width):
+    """Bands with their detail gone, of any width; encoded again they give the signature."""
+    phases = encoder()
+    signatures = phases.encode(panoramas[SEEN])
+    pictures = phases.pictures(signatures, width)
+    assert pictures.shape == (18, 4, width)
+    np.testing.assert_allclose(phases.encoded(pictures), signatures, atol=1e-5)
+    if width == WIDTH:
+        bands = phases.band_weights @ normal(panoramas[0], phases)
+        spectrum = np.fft.rfft(bands, axis=1)
+        spectrum[:, 0] = spectrum[:, 13:] = 0
+        smooth = np.fft.irfft(spectrum, WIDTH, axis=1)
+        np.testing.assert_allclose(
+            pictures[0] / np.linalg.norm(pictures[0]), smooth / np.linalg.norm(smooth), atol=1e-5
+        )
+
+
+def test_columns_of_pictures_of_any_width_look_the_same_way():
+    """One bright post: its middle is at the same azimuth, whatever the width."""
+    azimuth = np.pi - 2 * np.pi * (np.arange(WIDTH) + 0.5) / WIDTH
+    post = np.tile(np.exp(-(((azimuth - 0.6) / 0.3) ** 2)), (4, 1))
+    phases = encoder()
+    for width in (WIDTH, 60, 97, 120):
+        picture = phases.pictures(phases.encoded(post[None].astype(np.float32)), width)[0, 0]
+        looks = np.pi - 2 * np.pi * (np.arange(width) + 0.5) / width
+        seen = np.clip(picture - 0.5 * picture.max(), 0, None)
+        assert (seen * looks).sum() / seen.sum() == pytest.approx(0.6, abs=0.01)
+
+
+def test_alike_under_turns_is_the_product_of_turned_signatures(panoramas):
+    phases = encoder()
+    seen, stored = phases.encode(panoramas[:6]), phases.encode(panoramas[6:12])
+    curves = alike_under_turns(phases.spectra(seen), phases.spectra(stored), 64)
+    for turn in range(0, 64, 7):
+        turned = phases.turned(stored, np.full(6, 2 * np.pi * turn / 64))
+        np.testing.assert_allclose(curves[:, turn], (seen * turned).sum(axis=1), atol=1e-5)
 
 
 def test_signatures_have_length_one_or_are_zero(panoramas):
@@ -85,7 +160,7 @@ def test_a_panorama_alone_gives_its_row_in_a_stack_exactly(panoramas):
 
 
 @pytest.mark.parametrize(
-    ("shape", "bands", "frequencies"), [((24, 300), 6, 40), ((3, 300), 3, 40), ((6, 30), 6, 15), ((1, 7), 1, 3)]
+    ("shape", "bands", "frequencies"), [((24, 300), 12, 40), ((3, 300), 3, 40), ((6, 30), 6, 15), ((1, 7), 1, 3)]
 )
 def test_low_and_narrow_panoramas_have_fewer_numbers(shape, bands, frequencies):
     phases = PhaseEncoder(*shape)
@@ -95,18 +170,6 @@ def test_low_and_narrow_panoramas_have_fewer_numbers(shape, bands, frequencies):
     assert signature.shape == (phases.dim,)
     turned = phases.turned(signature[None], np.array([4 * np.pi / shape[1]]))
     np.testing.assert_allclose(turned[0], rolled, atol=1e-5)
-
-
-@pytest.mark.parametrize("rows", [3, 5, 6])
-def test_bands_that_do_not_divide_the_height_share_its_rows_by_area(panoramas, rows):
-    phases = encoder(most_bands=rows)
-    around = Surroundings.of(panoramas[:1].astype(np.float32), window_px((HEIGHT, WIDTH), (0.043, 0.2)), wrap=True)
-    normal = patch_normalised(around, 20.0)[0]
-    # Every row cut into as many slices as there are bands: then the bands are whole numbers of slices.
-    bands = np.repeat(normal, rows, axis=0).reshape(rows, HEIGHT, WIDTH).mean(axis=1)
-    spectra = np.fft.rfft(bands, axis=1)[:, 1:13].ravel()
-    found = phases.spectra(phases.encode(panoramas[0])[None]).ravel()
-    np.testing.assert_allclose(found, spectra / np.linalg.norm(spectra), atol=1e-5)
 
 
 def test_another_light_changes_a_signature_less_than_another_place(panoramas):

@@ -15,7 +15,7 @@ from andante.mapping import MapConfig
         (
             {"sede": 1},
             "sede",
-            "calibration, drift, features, learning, memory, network, panorama, positions, readout, seed",
+            "calibration, drift, features, learning, memory, network, off_path, panorama, positions, readout, seed",
         ),
         ({"panorama": {"width": 1}}, "panorama.width", "height_px, max_deg, min_deg, width_px"),
         ({"features": {"type": 1}}, "features.type", "deviation_floor, gradient_floor, kind"),

@@ -1,5 +1,7 @@
 """Maps that learn more: exactly as if all had been there from the beginning, and nothing that does harm."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -78,7 +80,9 @@ def test_what_the_trial_tells(updated, friday):
 
 def test_more_drives_make_a_better_map(slowmap, updated, garden, errors_m):
     sunday = garden.drive(garden.loop(41, 0.7, 3.0), name="sunday", gain=1.1, offset=-20)
-    assert errors_m(updated[0], sunday).mean() < 1.1 * errors_m(slowmap, sunday).mean()
+    # Mapped places against mapped places: what is imagined between them is coarser, however much is mapped.
+    before, after = (dataclasses.replace(one, scenery=None) for one in (slowmap, updated[0]))
+    assert errors_m(after, sunday).mean() < 1.1 * errors_m(before, sunday).mean()
 
 
 def test_shuffled_poses_are_refused(slowmap, friday):

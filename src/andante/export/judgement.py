@@ -12,7 +12,7 @@ from andante.export.regressions import LocatedNames
 from andante.mapping.calibration import Calibration
 from andante.mapping.frontend import MIN_CONTRAST
 from andante.mapping.locating import DOUBT
-from andante.mapping.slow_map import DEVIATIONS_OF_90_PERCENT, FINEST_RAD, RADIUS_OF_90_PERCENT
+from andante.mapping.uncertainty import DEVIATIONS_OF_90_PERCENT, LEAST_OFF_RAD, RADIUS_OF_90_PERCENT
 
 STATUSES = (Status.OK, Status.DEGRADED, Status.LOST, Status.OFF_MAP)
 """What the numbers of the output ``status`` mean; there is a position with the first two."""
@@ -63,7 +63,8 @@ def add_heading(graph: Graph, bearings: BearingNames | None, doubt: str, factor:
     if bearings is None or factor is None:
         unknown = graph("Identity", np.full(1, np.nan))
         return unknown, unknown
-    deviation = graph("Max", graph("Mul", doubt, factor / DEVIATIONS_OF_90_PERCENT), FINEST_RAD)
+    off = graph("Max", graph("Mul", doubt, factor), LEAST_OFF_RAD)
+    deviation = graph("Div", off, DEVIATIONS_OF_90_PERCENT)
     return bearings.heading, graph("Where", graph("IsNaN", bearings.heading), np.nan, deviation)
 
 

@@ -29,12 +29,13 @@ from andante.mapping.calibration import Calibration
 from andante.mapping.compact import CompactModel
 from andante.mapping.compass import Compass
 from andante.mapping.config import MapConfig
-from andante.mapping.consistency import check_compass, check_memory, check_parts, check_sources
+from andante.mapping.consistency import check_compass, check_memory, check_parts, check_scenery, check_sources
 from andante.mapping.frontend import FrontEnd
 from andante.mapping.memory import Source, memory_arrays, memory_of, rows_of
 from andante.mapping.network import network_arrays, network_of
 from andante.mapping.readout import LocalReadout
 from andante.mapping.regressions import GaussianProcessReadout, PolynomialReadout
+from andante.mapping.scenery import Scenery
 from andante.mapping.slow_map import SlowMap, Unit
 
 SCHEMA = 3
@@ -73,6 +74,8 @@ def write_map(slowmap: SlowMap, path: str | Path) -> int:
         arrays |= _prefixed("network", network_arrays(slowmap.front_end.network))
     if slowmap.compass is not None:
         arrays |= _prefixed("compass", slowmap.compass.to_arrays())
+    if slowmap.scenery is not None:
+        arrays |= _prefixed("scenery", slowmap.scenery.to_arrays())
     arrays["pictures"] = np.concatenate(slowmap.pictures)
     if slowmap.memory is not None:
         arrays |= _prefixed(_MEMORY, memory_arrays(slowmap.memory))
@@ -211,6 +214,9 @@ def _assembled(header: _Header, arrays: dict[str, NDArray[Any]], path: Path) -> 
     readout = _READOUTS[config.readout.kind].from_arrays(_section("readout", arrays))
     check_parts(front_end, model, readout)
     compass = _compass(front_end, _section("compass", arrays))
+    scenery = _scenery(front_end, _section("scenery", arrays))
+    if (scenery is None) != (header.calibration.views is None):
+        raise MapError("of its scenery and what may be promised of that, one is missing")
     sources = tuple(_found_again(source, path) for source in header.sources)
     pictures = arrays.get("pictures", np.empty(0, np.uint32))
     check_sources(sources, pictures, header.calibration)
@@ -227,6 +233,7 @@ def _assembled(header: _Header, arrays: dict[str, NDArray[Any]], path: Path) -> 
         model=model,
         readout=readout,
         compass=compass,
+        scenery=scenery,
         calibration=header.calibration,
         sources=sources,
         pictures=fingerprints,
@@ -245,6 +252,17 @@ def _compass(front_end: FrontEnd, arrays: dict[str, NDArray[Any]]) -> Compass | 
     compass = Compass.from_arrays(front_end.phase_encoder, arrays)
     check_compass(compass)
     return compass
+
+
+def _scenery(front_end: FrontEnd, arrays: dict[str, NDArray[Any]]) -> Scenery | None:
+    """Checked; ``None`` where the map has none."""
+    if not arrays:
+        return None
+    if front_end.phase_encoder is None:
+        raise MapError("it has a scenery, which its camera cannot use")
+    scenery = Scenery.from_arrays(front_end.phase_encoder, arrays)
+    check_scenery(scenery)
+    return scenery
 
 
 def _found_again(source: Source, path: Path) -> Source:

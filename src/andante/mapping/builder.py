@@ -15,12 +15,14 @@ from andante.mapping.compact import CompactModel
 from andante.mapping.config import MapConfig
 from andante.mapping.frontend import FrontEnd, camera_and_size
 from andante.mapping.learning import Ground, Learnt, Recipe, learn_slow
-from andante.mapping.lessons import lessons_of, readout_of, try_held_out
+from andante.mapping.lessons import Lessons, lessons_of, readout_of, try_held_out
 from andante.mapping.located import Readout
 from andante.mapping.memory import MappedSession, bounded
 from andante.mapping.network import crosses_seam
 from andante.mapping.network_lesson import encode_with_network
 from andante.mapping.odometry import in_one_frame
+from andante.mapping.off_path import ViewBounds, try_views
+from andante.mapping.scenery import Drives, Scenery
 from andante.mapping.selection import choose_caution, choose_recipe
 from andante.mapping.sessions import (
     BuildLog,
@@ -106,6 +108,7 @@ def learn_map(
             calibration = calibrate(ground, lessons.heading, lessons.folds, locate_fold, config.calibration.coverage)
         model = CompactModel.of(learnt.model if pca is None else learnt.model.after(pca))
         readout = _final_readout(features, model, learnt, ground, config)
+        scenery, views = _imagination(lessons, sessions, config)
         progress("learn", 3, 3)
     return SlowMap(
         config=_resolved(config, sessions, front_end, ground, recipe),
@@ -114,13 +117,28 @@ def learn_map(
         model=model,
         readout=readout,
         compass=lessons.compass(np.ones(len(ground), dtype=np.bool_)),
-        calibration=calibration,
+        scenery=scenery,
+        calibration=replace(calibration, views=views),
         sources=tuple(session.source for session in sessions),
         pictures=tuple(session.pictures for session in sessions),
         unit=_unit(sessions),
         name=name,
         memory=tuple(sessions) if config.memory.keep else None,
     )
+
+
+def _imagination(
+    lessons: Lessons, sessions: Sequence[MappedSession], config: MapConfig
+) -> tuple[Scenery | None, ViewBounds | None]:
+    """What the drives show of their surroundings, and what may be promised of it; ``None`` where that is nothing."""
+    if not config.off_path.enabled or lessons.phase_encoder is None:
+        return None, None
+    poses = np.concatenate([session.poses for session in sessions])
+    ground = lessons.ground
+    drives = Drives(lessons.phase_encoder, lessons.phase, poses, ground.session, ground.radius)
+    views = try_views(drives, coverage=config.calibration.coverage, seed=config.seed)
+    scenery = None if views is None else Scenery.fit(drives, seed=config.seed)
+    return (None, None) if scenery is None else (scenery, views)
 
 
 def _unit(sessions: Sequence[MappedSession]) -> Unit:

@@ -18,6 +18,8 @@ from andante.errors import LearningError
 from andante.mapping.folds import Folds, Mask
 from andante.mapping.learning import Ground
 from andante.mapping.locating import Sighting
+from andante.mapping.off_path import ViewBounds
+from andante.mapping.uncertainty import conformal_factor
 
 Kind = Literal["sessions", "blocks", "none"]
 FoldLocator = Callable[[Mask, Mask], tuple[Sighting, FloatArray]]
@@ -52,7 +54,7 @@ class Calibration:
     below ``degraded_below``: what 90 % and 99 % of held-out images do not reach once their own place is taken off the
     map. Held-out blocks of one session show no other light, in which all likeness is smaller; there it is 50 % and
     90 %. Lost is where less than ``lost_below`` of the evidence agrees. ``usual_likeness`` is the median of held-out
-    images.
+    images; ``views`` is what holds for images from away of all mapped places.
     """
 
     kind: Kind
@@ -62,6 +64,7 @@ class Calibration:
     off_map_below: float
     heading_factor: float | None = None
     usual_likeness: float | None = None
+    views: ViewBounds | None = None
     folds: tuple[Fold, ...] = ()
 
 
@@ -132,16 +135,6 @@ def _held_out(ground: Ground, heading: FloatArray, train: Mask, test: Mask, loca
 def _quantiles(values: FloatArray, *shares: float) -> list[float]:
     """Zero where there are no values to go by."""
     return [float(np.quantile(values, share)) if len(values) else 0.0 for share in shares]
-
-
-def conformal_factor(error: FloatArray, sigma: FloatArray, coverage: float) -> float:
-    """The factor f with error <= f sigma for at least ``coverage`` of exchangeable new frames.
-
-    The ceil((n + 1) coverage)-th smallest score of n; the largest where n is too small for that.
-    """
-    scores = np.sort(error / sigma)
-    rank = int(np.ceil((len(scores) + 1) * coverage))
-    return float(scores[min(rank, len(scores)) - 1])
 
 
 def _fold(label: str, members: tuple[int, ...], error: FloatArray) -> Fold:

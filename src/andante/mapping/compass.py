@@ -14,12 +14,12 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft
 from scipy.spatial import KDTree
 
 from andante.data import FloatArray
 from andante.errors import ArrayError
 from andante.features import PhaseEncoder
+from andante.features.phase import alike_under_turns
 from andante.mapping.codes import Codes
 from andante.sfa.arrays import require_names
 
@@ -107,9 +107,7 @@ class Compass:
         n, count, dim = rows.shape
         seen = self.encoder.spectra(phase)[:, None]
         stored = self.encoder.spectra(rows.reshape(-1, dim)).reshape(n, count, *seen.shape[2:])
-        spectrum = np.zeros((n, count, SAMPLES // 2 + 1), dtype=np.complex64)
-        spectrum[..., 1 : seen.shape[-1] + 1] = (seen * np.conj(stored)).sum(axis=2)
-        return np.asarray(fft.irfft(spectrum, SAMPLES, axis=-1) * (SAMPLES / 2), dtype=np.float64)
+        return alike_under_turns(seen, stored, SAMPLES)
 
     def nearest(self, xy: FloatArray, count: int) -> tuple[FloatArray, NDArray[np.intp]]:
         """Distances and numbers (n, count) of the places nearest to positions (n, 2)."""

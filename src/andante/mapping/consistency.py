@@ -19,9 +19,10 @@ from andante.mapping.located import Readout
 from andante.mapping.memory import Source, phase_of, rows_of
 from andante.mapping.readout import LocalReadout
 from andante.mapping.regressions import GaussianProcessReadout, PolynomialReadout
+from andante.mapping.scenery import Scenery
 from andante.sfa.arrays import require_names
 
-_FARTHEST, _FINEST_M = 1e9, 1e-3
+_FARTHEST, _FINEST_M, _MOST_CELLS = 1e9, 1e-3, 1e3
 
 
 def check_parts(front_end: FrontEnd, model: CompactModel, readout: Readout) -> None:
@@ -51,6 +52,24 @@ def check_compass(compass: Compass) -> None:
         raise MapError(f"a compass of {count} places of {compass.cell_m:g} m")
     if (np.abs(compass.xy) > _FARTHEST).any():
         raise MapError(f"array compass.xy holds numbers beyond {_FARTHEST:g}")
+
+
+def check_scenery(scenery: Scenery) -> None:
+    """Whether things, their looks and the area fit each other; raises ``MapError``."""
+    count = len(scenery.codes)
+    _check_codes("scenery", scenery.codes, count, scenery.encoder.bands)
+    _expect("scenery.xy", scenery.xy, (count, 2), "f4")
+    _expect("scenery.distance", scenery.distance_m, (count,), "f4")
+    _expect("scenery.area", scenery.area, (2, 2), "f8")
+    size = scenery.area[1] - scenery.area[0]
+    if (
+        not count
+        or scenery.distance_m.min() <= 0
+        or max(np.abs(scenery.xy).max(), np.abs(scenery.area).max()) > _FARTHEST
+    ):
+        raise MapError("a scenery without things, or with things that are nowhere")
+    if not (_FINEST_M <= scenery.radius_m <= _FARTHEST and size.min() > 0 and size.max() < _MOST_CELLS * size.min()):
+        raise MapError(f"a scenery of places of {scenery.radius_m:g} m on {size[0]:g} x {size[1]:g} m")
 
 
 def check_sources(sources: Sequence[Source], pictures: NDArray[Any], calibration: Calibration) -> None:

@@ -144,7 +144,12 @@ class FrontEnd:
     @cached_property
     def phase_encoder(self) -> PhaseEncoder | None:
         """What turns panoramas into phases; ``None`` for cameras that do not look all around."""
-        return PhaseEncoder(*self.panorama_shape) if self.camera.heading_invariant else None
+        if not self.camera.heading_invariant:
+            return None
+        # A panorama has the elevations that it was recorded with, whatever these are.
+        known = self.camera.model == "fisheye"
+        elevation_deg = (self.geometry.min_deg, self.geometry.max_deg) if known else None
+        return PhaseEncoder(*self.panorama_shape, elevation_deg)
 
     @property
     def phase_dim(self) -> int:

@@ -1,4 +1,4 @@
-"""How far an estimate can be believed, and why, in words that a person understands."""
+"""How far an estimate can be believed, and why, in numbers and in words that a person understands."""
 
 from __future__ import annotations
 

@@ -21,18 +21,15 @@ from andante.mapping.judgement import judge
 from andante.mapping.located import Readout
 from andante.mapping.locating import Locator, Sighting
 from andante.mapping.memory import MappedSession, Source
+from andante.mapping.off_path import weighed
+from andante.mapping.scenery import Scenery
 from andante.mapping.sessions import short_fingerprint
+from andante.mapping.uncertainty import covariance_of
 from andante.protocols import Recording
 from andante.recordings import picture_fingerprint
 
 Unit = Literal["m", "place"]
 
-RADIUS_OF_90_PERCENT = float(np.sqrt(2 * np.log(10)))
-"""Of a round Gaussian in the plane, in standard deviations along an axis."""
-DEVIATIONS_OF_90_PERCENT = 1.645
-"""Of a Gaussian on a line, to both sides."""
-FINEST_RAD = np.radians(0.1)
-"""No heading is promised to be closer than this."""
 _SAMPLED_PICTURES = 100
 
 
@@ -41,9 +38,9 @@ class SlowMap:
     """What is needed to localize, and where it came from; made by ``build_map`` or ``SlowMap.load``.
 
     ``config`` is how the map was made, with every default resolved, ``asked`` how it was asked for, with what was left
-    open. ``compass`` tells headings, where those of the drives are known and the camera looks all around. ``pictures``
-    are the fingerprints of each source's frames. ``memory`` are the sessions themselves, where the map remembers them:
-    what ``andante update`` learns from again.
+    open. ``compass`` tells headings, where those of the drives are known and the camera looks all around; ``scenery``
+    finds images that were taken away from all mapped places. ``pictures`` are the fingerprints of each source's frames.
+    ``memory`` are the sessions themselves, where the map remembers them: what ``andante update`` learns from again.
     """
 
     config: MapConfig
@@ -52,6 +49,7 @@ class SlowMap:
     model: CompactModel
     readout: Readout
     compass: Compass | None
+    scenery: Scenery | None
     calibration: Calibration
     sources: tuple[Source, ...]
     pictures: tuple[NDArray[np.uint32], ...] = field(repr=False)
@@ -109,32 +107,28 @@ class SlowMap:
     def estimate(self, encoded: Encoded) -> Estimate:
         """The same from one picture that is encoded already."""
         sighting = self.sight(encoded)
+        on_path = self._on_path(sighting, encoded)
+        bounds = self.calibration.views
+        if self.scenery is None or bounds is None:
+            return on_path
+        return weighed(on_path, _peak(sighting), self.scenery.search(encoded.phase[0]), bounds)
+
+    def _on_path(self, sighting: Sighting, encoded: Encoded) -> Estimate:
+        """What the mapped places say."""
         status, reason = judge(sighting, self.calibration)
-        located, hypotheses = sighting.located, self._hypotheses(sighting, encoded)
-        likeness = float(np.nan_to_num(sighting.likeness[0]))
+        hypotheses, likeness = self._hypotheses(sighting, encoded), float(np.nan_to_num(sighting.likeness[0]))
         if not status.has_pose:
             return Estimate(status, reason, likeness=likeness, hypotheses=hypotheses)
-        x, y = (float(value) for value in located.xy[0])
+        x, y = sighting.located.xy[0].tolist()
         if self.unit == "place":
             return Estimate(status, reason, place=round(x), likeness=likeness, hypotheses=hypotheses)
         radius = self.calibration.radius_factor * float(sighting.sigma[0])
-        heading, deviation = self._heading(sighting)
-        covariance = np.full((3, 3), np.nan)
-        # Scaled so that the 90 % radius of such a Gaussian, were it round, is the calibrated one.
-        variance = (radius / RADIUS_OF_90_PERCENT) ** 2
-        covariance[:2, :2] = located.covariance[0] * (2 * variance / np.trace(located.covariance[0]))
-        if heading is not None:
-            covariance[2] = covariance[:, 2] = 0.0
-            covariance[2, 2] = deviation**2
+        factor = self.calibration.heading_factor
+        # Where no trial told how far headings are off, nothing can be promised of them.
+        heading = None if factor is None else hypotheses[0].heading_rad
+        off = np.nan if factor is None or heading is None else factor * float(sighting.doubt[0])
+        covariance = covariance_of(sighting.located.covariance[0], radius, off)
         return Estimate(status, reason, x, y, heading, covariance, radius, likeness=likeness, hypotheses=hypotheses)
-
-    def _heading(self, sighting: Sighting) -> tuple[float | None, float]:
-        """In radians, and its standard deviation; ``None`` where there is none."""
-        bearings, factor = sighting.bearings, self.calibration.heading_factor
-        if bearings is None or factor is None or not np.isfinite(bearings.heading[0]):
-            return None, np.nan
-        deviation = factor * float(sighting.doubt[0]) / DEVIATIONS_OF_90_PERCENT
-        return float(bearings.heading[0]), max(deviation, FINEST_RAD)
 
     def describe(self) -> dict[str, Any]:
         """What is in the map, as plain values."""
@@ -210,3 +204,8 @@ class SlowMap:
             Hypothesis(x, y, weight, heading)
             for (x, y), weight, heading in zip(xy.tolist(), weights, headings, strict=True)
         )
+
+
+def _peak(sighting: Sighting) -> float:
+    """How alike the image and the mapped place are; 0 where nothing tells."""
+    return 0.0 if sighting.bearings is None else float(np.nan_to_num(sighting.bearings.peak[0]))
