@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
@@ -14,6 +15,9 @@ from andante.data import Estimate, FloatArray, FrameInfo, Status, Trajectory
 from andante.errors import ArrayError
 from andante.evaluation.running import Run
 from andante.mapping.slow_map import Unit
+
+WRONG_M = 1.0
+"""Beyond it a pose is wrong, and a confident one a mistake that a robot pays for."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -50,15 +54,21 @@ class Figures(ErrorFigures):
     The errors are those of the best hypothesis of all ``n`` frames with truth, whatever their status; only the
     ``unlocalized`` ones, whose picture shows nothing, have none. ``answered`` are the errors of those with a pose
     alone, ``lost_share`` is the share of the others, ``statuses`` counts both. ``coverage_90`` is the share of answered
-    frames whose error is within ``radius_m``. ``ms_per_image`` is wall time with decoding, in all threads together;
-    ``ms_localize`` the median of what follows decoding, in one thread. ``heading_median_deg`` waits for headings.
+    frames whose error is within ``radius_m``, ``confident_wrong_share`` that of all frames with truth whose status is
+    ok and whose error is more than a metre. Headings are those of the best hypotheses too, against reference headings,
+    in degrees from 0 to 180. ``ms_per_image`` is wall time with decoding, in all threads together; ``ms_localize`` the
+    median of what follows decoding, in one thread.
     """
 
     n: int
     lost_share: float | None
     unlocalized: int
     coverage_90: float | None
-    heading_median_deg: float | None
+    confident_wrong_share: float | None
+    heading_median_deg: float | None = None
+    heading_mean_deg: float | None = None
+    heading_p95_deg: float | None = None
+    heading_max_deg: float | None = None
     ms_per_image: float | None
     ms_localize: float | None
     statuses: Mapping[str, int]
@@ -110,7 +120,8 @@ def figures_of_run(run: Run, unit: Unit) -> Figures:
         lost_share=1 - float(answered.sum()) / n if n else None,
         unlocalized=int((has_truth & ~known).sum()),
         coverage_90=_coverage(run, errors, answered & known),
-        heading_median_deg=None,
+        confident_wrong_share=_confident_and_wrong(run, errors) / n if n and unit == "m" else None,
+        **_heading_figures(heading_errors_of(run)),
         ms_per_image=1000 * run.wall_s / len(seconds) if seconds else None,
         ms_localize=1000 * float(np.median(seconds)) if seconds else None,
         statuses={str(status): counts[status] for status in Status},
@@ -124,6 +135,15 @@ def errors_of(run: Run, unit: Unit) -> FloatArray:
     guesses = np.array([best_guess(frame.estimate, unit) for frame in run.frames]).reshape(-1, 2)
     errors: FloatArray = np.linalg.norm(guesses - truth, axis=1)
     return errors
+
+
+def heading_errors_of(run: Run) -> FloatArray:
+    """(n,) degrees from 0 to 180 between the best hypothesis' heading and the reference; NaN where either is unknown."""
+    truth = Trajectory.of([frame.info for frame in run.frames], "reference").heading_rad
+    guesses = np.array([best_heading(frame.estimate) for frame in run.frames], dtype=np.float64)
+    off = np.angle(np.exp(1j * (guesses - truth)))
+    degrees: FloatArray = np.degrees(np.abs(off))
+    return degrees
 
 
 def truth_of(infos: Iterable[FrameInfo], unit: Unit) -> FloatArray:
@@ -141,6 +161,26 @@ def best_guess(estimate: Estimate, unit: Unit) -> tuple[float, float]:
     return (best.x_m, best.y_m) if unit == "m" else (float(round(best.x_m)), 0.0)
 
 
+def best_heading(estimate: Estimate) -> float:
+    """The heading of the best hypothesis in radians, whatever the status; NaN where it has none."""
+    best = estimate.hypotheses[0].heading_rad if estimate.hypotheses else estimate.heading_rad
+    return math.nan if best is None else best
+
+
+def _heading_figures(errors_deg: FloatArray) -> dict[str, float]:
+    """Nothing where no heading is known."""
+    known = errors_deg[np.isfinite(errors_deg)]
+    if not len(known):
+        return {}
+    median, mean, p95, largest = np.median(known), known.mean(), np.quantile(known, 0.95), known.max()
+    return {
+        "heading_median_deg": float(median),
+        "heading_mean_deg": float(mean),
+        "heading_p95_deg": float(p95),
+        "heading_max_deg": float(largest),
+    }
+
+
 def _place_figures(errors: FloatArray) -> PlaceFigures:
     if not len(errors):
         return PlaceFigures()
@@ -153,6 +193,12 @@ def _place_figures(errors: FloatArray) -> PlaceFigures:
         share_within_3=float((errors <= 3).mean()),
         share_within_10=float((errors <= 10).mean()),
     )
+
+
+def _confident_and_wrong(run: Run, errors: FloatArray) -> int:
+    """How many frames are sure of a pose that is more than a metre off."""
+    confident = np.array([frame.estimate.status is Status.OK for frame in run.frames], dtype=bool)
+    return int((confident & (errors > WRONG_M)).sum())
 
 
 def _coverage(run: Run, errors: FloatArray, counted: NDArray[np.bool_]) -> float | None:

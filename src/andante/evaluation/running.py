@@ -70,7 +70,7 @@ def run_localizer(localizer: Localizer, recording: Recording, *, progress: Progr
         return estimate, time.perf_counter() - start
 
     start = time.perf_counter()
-    skips = _Skips(recording, progress)
+    skips = Skips(recording, progress)
     frames: list[LocalizedFrame] = []
     with one_thread():
         for info, (estimate, seconds) in map_frames(recording, localize, on_skip=skips):
@@ -111,7 +111,7 @@ class _Encoding:
     wall_s: float
 
 
-class _Skips:
+class Skips:
     """Collects frames that are skipped and tells how far the work has come."""
 
     def __init__(self, recording: Recording, progress: Progress | None) -> None:
@@ -136,7 +136,7 @@ def _encode(front_end: FrontEnd, recording: Recording, store: FeatureStore, prog
         return vector, blank, time.perf_counter() - start
 
     start = time.perf_counter()
-    skips, frames = _Skips(recording, progress), list[_Encoded]()
+    skips, frames = Skips(recording, progress), list[_Encoded]()
     for info, (vector, blank, seconds) in map_frames(recording, encode, on_skip=skips):
         if vector is not None:
             store.extend(vector[None])
