@@ -19,9 +19,12 @@ if TYPE_CHECKING:
     from andante.data import Trajectory as Trajectory
     from andante.errors import AndanteError as AndanteError
     from andante.evaluation import Evaluation as Evaluation
+    from andante.evaluation import Track as Track
     from andante.evaluation import evaluate as evaluate
     from andante.evaluation import run_localizer as run_localizer
+    from andante.evaluation import track as track
     from andante.evaluation import write_report as write_report
+    from andante.evaluation import write_track_report as write_track_report
     from andante.export import export_onnx as export_onnx
     from andante.mapping import BuildLog as BuildLog
     from andante.mapping import MapConfig as MapConfig
@@ -43,7 +46,15 @@ if TYPE_CHECKING:
 _NAMES_OF = {
     "data": ("CameraSpec", "Estimate", "Frame", "FrameInfo", "Hypothesis", "Pose2D", "Status", "Trajectory"),
     "errors": ("AndanteError",),
-    "evaluation": ("Evaluation", "evaluate", "run_localizer", "write_report"),
+    "evaluation": (
+        "Evaluation",
+        "Track",
+        "evaluate",
+        "run_localizer",
+        "track",
+        "write_report",
+        "write_track_report",
+    ),
     "export": ("export_onnx",),
     "mapping": ("BuildLog", "MapConfig", "SlowMap", "build_map", "merge_maps", "update_map"),
     "protocols": ("Localizer", "Recording"),
@@ -74,6 +85,7 @@ __all__ = [
     "Recording",
     "SlowMap",
     "Status",
+    "Track",
     "Trajectory",
     "__version__",
     "build_map",
@@ -85,9 +97,11 @@ __all__ = [
     "read_image",
     "register_format",
     "run_localizer",
+    "track",
     "update_map",
     "write_recording",
     "write_report",
+    "write_track_report",
 ]
 
 
