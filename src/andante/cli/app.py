@@ -8,7 +8,20 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from andante.cli import demo, doctor, evaluate, experiment, export, history, info, localize, merge, simulate, track, update
+from andante.cli import (
+    demo,
+    doctor,
+    evaluate,
+    experiment,
+    export,
+    history,
+    info,
+    localize,
+    merge,
+    simulate,
+    track,
+    update,
+)
 from andante.cli import map as map_
 from andante.cli.output import complain, examples
 from andante.errors import AndanteError

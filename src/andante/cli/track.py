@@ -63,7 +63,8 @@ def command(
         typer.Option("--smooth", help="Correct every pose by the frames that follow it; for later use. Default: off."),
     ] = False,
     seed: Annotated[
-        int, typer.Option(min=0, help="Of the particles: the same seed, the same track. Default: 0.", show_default=False)
+        int,
+        typer.Option(min=0, help="Of the particles: the same seed, the same track. Default: 0.", show_default=False),
     ] = 0,
     tum: Annotated[
         Path | None,

@@ -48,16 +48,25 @@ class ErrorFigures:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Figures(ErrorFigures):
+class HeadingFigures:
+    """Errors of headings in degrees, from 0 to 180; ``None`` where there is nothing to say."""
+
+    heading_median_deg: float | None = None
+    heading_mean_deg: float | None = None
+    heading_p95_deg: float | None = None
+    heading_max_deg: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Figures(ErrorFigures, HeadingFigures):
     """One localizer on one recording.
 
     The errors are those of the best hypothesis of all ``n`` frames with truth, whatever their status; only the
-    ``unlocalized`` ones, whose picture shows nothing, have none. ``answered`` are the errors of those with a pose
-    alone, ``lost_share`` is the share of the others, ``statuses`` counts both. ``coverage_90`` is the share of answered
-    frames whose error is within ``radius_m``, ``confident_wrong_share`` that of all frames with truth whose status is
-    ok and whose error is more than a metre. Headings are those of the best hypotheses too, against reference headings,
-    in degrees from 0 to 180. ``ms_per_image`` is wall time with decoding, in all threads together; ``ms_localize`` the
-    median of what follows decoding, in one thread.
+    ``unlocalized`` ones, whose picture shows nothing, have none, and headings likewise. ``answered`` are the errors of
+    those with a pose alone, ``lost_share`` is the share of the others, ``statuses`` counts both. ``coverage_90`` is the
+    share of answered frames whose error is within ``radius_m``, ``confident_wrong_share`` that of all frames with truth
+    whose status is ok and whose error is more than a metre. ``ms_per_image`` is wall time with decoding, in all threads
+    together; ``ms_localize`` the median of what follows decoding, in one thread.
     """
 
     n: int
@@ -65,10 +74,6 @@ class Figures(ErrorFigures):
     unlocalized: int
     coverage_90: float | None
     confident_wrong_share: float | None
-    heading_median_deg: float | None = None
-    heading_mean_deg: float | None = None
-    heading_p95_deg: float | None = None
-    heading_max_deg: float | None = None
     ms_per_image: float | None
     ms_localize: float | None
     statuses: Mapping[str, int]
@@ -121,7 +126,7 @@ def figures_of_run(run: Run, unit: Unit) -> Figures:
         unlocalized=int((has_truth & ~known).sum()),
         coverage_90=_coverage(run, errors, answered & known),
         confident_wrong_share=_confident_and_wrong(run, errors) / n if n and unit == "m" else None,
-        **_heading_figures(heading_errors_of(run)),
+        **vars(_heading_figures(heading_errors_of(run))),
         ms_per_image=1000 * run.wall_s / len(seconds) if seconds else None,
         ms_localize=1000 * float(np.median(seconds)) if seconds else None,
         statuses={str(status): counts[status] for status in Status},
@@ -138,7 +143,7 @@ def errors_of(run: Run, unit: Unit) -> FloatArray:
 
 
 def heading_errors_of(run: Run) -> FloatArray:
-    """(n,) degrees from 0 to 180 between the best hypothesis' heading and the reference; NaN where either is unknown."""
+    """(n,) degrees, 0 to 180, between the best hypothesis' heading and the reference; NaN where either is unknown."""
     truth = Trajectory.of([frame.info for frame in run.frames], "reference").heading_rad
     guesses = np.array([best_heading(frame.estimate) for frame in run.frames], dtype=np.float64)
     off = np.angle(np.exp(1j * (guesses - truth)))
@@ -154,7 +159,9 @@ def truth_of(infos: Iterable[FrameInfo], unit: Unit) -> FloatArray:
 
 
 def best_guess(estimate: Estimate, unit: Unit) -> tuple[float, float]:
-    """The best hypothesis, whatever the status: metres, or a whole place number and zero; NaN without any."""
+    """The pose, else the best hypothesis, whatever the status: metres, or a whole place and zero; NaN without any."""
+    if unit == "m" and estimate.x_m is not None and estimate.y_m is not None:
+        return estimate.x_m, estimate.y_m
     if not estimate.hypotheses:
         return np.nan, np.nan
     best = estimate.hypotheses[0]
@@ -162,23 +169,23 @@ def best_guess(estimate: Estimate, unit: Unit) -> tuple[float, float]:
 
 
 def best_heading(estimate: Estimate) -> float:
-    """The heading of the best hypothesis in radians, whatever the status; NaN where it has none."""
-    best = estimate.hypotheses[0].heading_rad if estimate.hypotheses else estimate.heading_rad
-    return math.nan if best is None else best
+    """The heading in radians, or that of the best hypothesis where a status allows none; NaN without any."""
+    heading = estimate.heading_rad
+    if not estimate.status.has_pose and estimate.hypotheses:
+        heading = estimate.hypotheses[0].heading_rad
+    return math.nan if heading is None else heading
 
 
-def _heading_figures(errors_deg: FloatArray) -> dict[str, float]:
-    """Nothing where no heading is known."""
+def _heading_figures(errors_deg: FloatArray) -> HeadingFigures:
     known = errors_deg[np.isfinite(errors_deg)]
     if not len(known):
-        return {}
-    median, mean, p95, largest = np.median(known), known.mean(), np.quantile(known, 0.95), known.max()
-    return {
-        "heading_median_deg": float(median),
-        "heading_mean_deg": float(mean),
-        "heading_p95_deg": float(p95),
-        "heading_max_deg": float(largest),
-    }
+        return HeadingFigures()
+    return HeadingFigures(
+        heading_median_deg=float(np.median(known)),
+        heading_mean_deg=float(known.mean()),
+        heading_p95_deg=float(np.quantile(known, 0.95)),
+        heading_max_deg=float(known.max()),
+    )
 
 
 def _place_figures(errors: FloatArray) -> PlaceFigures:

@@ -107,10 +107,12 @@ def render(evaluation: Evaluation, slowmap: SlowMap, sections: Sequence[Section]
 
 
 def number(value: float | None, digits: int) -> str:
+    """A number, or a dash."""
     return _NOTHING if value is None else f"{value:.{digits}f}"
 
 
 def share(value: float | None) -> str:
+    """A share as per cent."""
     if value is None:
         return _NOTHING
     # One frame in a thousand must not read as none.
@@ -199,4 +201,5 @@ def _thumbnail(slowmap: SlowMap, recording: Recording, info: FrameInfo) -> str |
 
 
 def conditions(recording: Recording) -> list[tuple[str, str]]:
+    """What a recording says of its conditions, as text."""
     return [(key, str(value)) for key, value in recording.conditions.items()]

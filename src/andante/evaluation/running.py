@@ -119,9 +119,11 @@ class Skips:
         self._name, self._total, self._progress = recording.name, len(recording.infos), progress
 
     def __call__(self, info: FrameInfo, reason: str) -> None:
+        """One more that was skipped."""
         self.seen.append(Skipped(info.image, reason))
 
     def tell(self, done: int) -> None:
+        """How many were not."""
         if self._progress is not None:
             self._progress(self._name, done + len(self.seen), self._total)
 

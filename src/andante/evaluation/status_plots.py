@@ -66,13 +66,14 @@ def calibration(scored: Scored) -> str | None:
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
         _errors_over_radius(above, radii, errors)
         _coverage_over_radius(below, radii, errors)
+        figure.align_ylabels()
         return svg(figure)
 
 
 def times_s(scored: Scored) -> FloatArray:
     """(n,) seconds since the first frame."""
-    times = np.array([frame.info.timestamp_s for frame in scored.run.frames])
-    return times - times[:1]
+    times: FloatArray = np.array([frame.info.timestamp_s for frame in scored.run.frames], dtype=np.float64)
+    return np.asarray(times - times[:1], np.float64)
 
 
 def statuses_of(scored: Scored) -> NDArray[np.str_]:
@@ -85,9 +86,7 @@ def radii_of(scored: Scored) -> FloatArray:
     return np.array([frame.estimate.radius_m for frame in scored.run.frames], dtype=np.float64)
 
 
-def _errors_over_time(
-    axes: Axes, times: FloatArray, scored: Scored, statuses: NDArray[np.str_], unit: Unit
-) -> None:
+def _errors_over_time(axes: Axes, times: FloatArray, scored: Scored, statuses: NDArray[np.str_], unit: Unit) -> None:
     radii = radii_of(scored)
     if np.isfinite(radii).any():
         axes.plot(times, np.maximum(radii, LEAST[unit]), "-", lw=0.8, color=INK, alpha=0.7, label="90 % radius")

@@ -31,7 +31,7 @@ def way(scored: Scored, references: FloatArray) -> str | None:
     statuses = statuses_of(scored)
     with mpl.rc_context(STYLE):
         figure, axes = new_figure(5.0)
-        axes.plot(*references.T, ".", ms=2.0, color=INK, alpha=0.25, label="mapped", rasterized=True)
+        axes.plot(*references.T, ".", ms=3.0, color=INK, alpha=0.3, label="mapped", rasterized=True)
         if np.isfinite(truth).any():
             axes.plot(*truth.T, "-", color=INK, lw=0.9, label="truth")
         wrong = posed & (scored.errors > WRONG_M)

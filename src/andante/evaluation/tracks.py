@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from andante.data import FrameInfo
-from andante.errors import ConfigError
 from andante.evaluation.alignment import alignment_of
 from andante.evaluation.comparison import ODOMETRY_NOTE, Scored, leakage_notes
 from andante.evaluation.figures import Figures, errors_of, figures_of_run
@@ -20,6 +19,8 @@ from andante.evaluation.tracking import TrackedRun, run_tracker
 from andante.localization import TrackerKind, make_tracker
 from andante.mapping import Progress, SlowMap
 from andante.protocols import Recording
+
+_LAG = 20
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,6 +52,7 @@ class Track:
     recording: Recording
     filter: TrackerKind
     seed: int
+    smoothed: bool
     tracked: Scored
     single: Scored
     figures: TrackFigures
@@ -68,6 +70,7 @@ class Track:
             "recording": self.recording.name,
             "filter": self.filter,
             "seed": self.seed,
+            "smoothed": self.smoothed,
             "frames": len(self.run.frames),
             "single": self.single.figures.as_dict(),
             "notes": list(self.notes),
@@ -81,26 +84,24 @@ def track(
     *,
     kind: TrackerKind = "particles",
     seed: int = 0,
+    smooth: bool = False,
     state: str | Path | None = None,
     training_error: bool = False,
     progress: Progress | None = None,
 ) -> Track:
     """Follow a robot through a recording, by its images and, where there is any, its odometry.
 
-    ``state`` is a file from which the tracker goes on where it exists, and into which it is saved at the end. Raises
-    ``LeakageError`` for a recording that the map was learnt from, as ``evaluate`` does, unless ``training_error`` asks
-    for it, and ``ConfigError`` for a map of numbered places, which has no metres to move by.
+    ``smooth`` corrects every pose by the 20 frames that follow it. ``state`` is a file from which the tracker goes on
+    where it exists, and into which it is saved at the end. Raises ``LeakageError`` for a recording that the map was
+    learnt from, as ``evaluate`` does, unless ``training_error`` asks for it, and ``InputError`` for a map of numbered
+    places, which has no metres to move by.
     """
-    if slowmap.unit != "m":
-        raise ConfigError(
-            "this map has numbered places, and odometry moves in metres; map recordings with positions to track on"
-        )
     notes = (*leakage_notes(slowmap, recording, training_error), *_odometry_notes(recording.name, recording.infos))
     slowmap = slowmap.for_recording(recording)
     tracker = make_tracker(slowmap, kind, seed=seed)
     if state is not None and Path(state).exists():
         tracker.resume(Path(state))
-    done = run_tracker(tracker, recording, progress=progress)
+    done = run_tracker(tracker, recording, lag=_LAG if smooth else None, progress=progress)
     if state is not None:
         tracker.save(Path(state))
     if slowmap.config.positions == "odometry" and any(info.reference for info in recording.infos):
@@ -109,9 +110,10 @@ def track(
         if alignment is not None:
             moved = alignment.truth_in_map
             done = replace(done, track=moved(done.track), single=moved(done.single))
-    tracked = Scored(tracker.name, done.track, errors_of(done.track, "m"), figures_of_run(done.track, "m"))
+    name = f"{tracker.name}, smoothed" if smooth else tracker.name
+    tracked = Scored(name, done.track, errors_of(done.track, "m"), figures_of_run(done.track, "m"))
     single = Scored(slowmap.name, done.single, errors_of(done.single, "m"), figures_of_run(done.single, "m"))
-    return Track(recording, kind, seed, tracked, single, figures_of_track(done), notes)
+    return Track(recording, kind, seed, smooth, tracked, single, figures_of_track(done), notes)
 
 
 def figures_of_track(done: TrackedRun) -> TrackFigures:

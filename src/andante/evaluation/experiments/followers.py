@@ -6,13 +6,13 @@ from collections.abc import Callable
 
 from andante.data import Estimate, Status
 from andante.evaluation.experiments.rides import Ride, followed
-from andante.localization import TrackerKind, make_tracker
+from andante.localization import ParticleTracker, TrackerKind, make_tracker, smooth
 from andante.mapping import SlowMap
 
 Follow = Callable[[SlowMap, Ride, int], list[Estimate]]
 """A map, what was sensed and a seed -> an estimate for every frame."""
 
-SINGLE, KALMAN, PARTICLES, SMOOTHED = "single images", "kalman", "particles", "particles, smoothed"
+SINGLE, KALMAN, PARTICLES, SMOOTHED = "single images", "kalman", "particles", "smoothed"
 
 
 def single_images(slowmap: SlowMap, ride: Ride, seed: int) -> list[Estimate]:
@@ -29,5 +29,13 @@ def tracked_by(kind: TrackerKind) -> Follow:
     return follow
 
 
+def smoothed(slowmap: SlowMap, ride: Ride, seed: int) -> list[Estimate]:
+    """The particle filter, every pose corrected by the frames that follow it."""
+    moments = ((seen, info, None) for seen, info in zip(ride.evidence, ride.infos, strict=True))
+    return list(smooth(ParticleTracker(slowmap, seed=seed), moments))
+
+
 TRACKERS: dict[str, Follow] = {KALMAN: tracked_by("kalman"), PARTICLES: tracked_by("particles")}
 """The filters alone."""
+FOLLOWERS: dict[str, Follow] = {SINGLE: single_images, **TRACKERS, SMOOTHED: smoothed}
+"""All ways."""

@@ -32,8 +32,8 @@ _COLUMNS = ("images", "number", "area below the ROC curve", *(f"{status} [%]" fo
 _NOTES = (
     "the area is the chance that an image of a mapped place, from an unseen session, has more likeness than one of the "
     "other kind",
-    "a covered lens is a tight cap, one with light at its rim, or a hand; blinded are pictures of the mapped garden with "
-    "at most every eighth pixel not burnt out",
+    "a covered lens is a tight cap, one with light at its rim, or a hand; blinded are pictures of the mapped garden "
+    "with at most every eighth pixel not burnt out",
 )
 
 Kinds = Mapping[str, Sequence[Estimate]]
@@ -43,7 +43,9 @@ def run_off_map(bench: Bench, seed: int, scale: Scale) -> Outcome:
     """Estimates of single images of both sorts, with few and with all but one sessions mapped."""
     names = [session.name for session in bench.plan.sessions]
     order = permutations(names, 1, seed)[0]
-    other = bench.beside(long_term_plan(seed + _OTHER_GARDEN, scale.model_copy(update={"sessions": min(_SESSIONS, scale.sessions)})))
+    other = bench.beside(
+        long_term_plan(seed + _OTHER_GARDEN, scale.model_copy(update={"sessions": min(_SESSIONS, scale.sessions)}))
+    )
     pictures = _strangers(bench, other, order[-1], seed, _PICTURES[scale.frames >= 250])
     found = {}
     for size in mapped_sizes(len(names)):
@@ -77,7 +79,9 @@ def area_below(mapped: FloatArray, strange: FloatArray) -> float:
 def roc(mapped: FloatArray, strange: FloatArray) -> tuple[FloatArray, FloatArray]:
     """False and true positive rates (t,) for all thresholds, from none to all taken for mapped places."""
     thresholds = np.unique(np.concatenate([mapped, strange]))[::-1]
-    rates = [1 - np.searchsorted(np.sort(scores), thresholds, side="left") / len(scores) for scores in (strange, mapped)]
+    rates = [
+        1 - np.searchsorted(np.sort(scores), thresholds, side="left") / len(scores) for scores in (strange, mapped)
+    ]
     return np.append(0.0, rates[0]), np.append(0.0, rates[1])
 
 

@@ -10,8 +10,7 @@ import numpy as np
 
 from andante.data import Estimate, FloatArray, Frame, FrameInfo, ImageArray, Pose2D, Trajectory
 from andante.errors import RecordingError
-from andante.evaluation.tracking import SeeingTracker
-from andante.localization import Evidence, evidence_of
+from andante.localization import Evidence, KalmanTracker, ParticleTracker, evidence_of
 from andante.mapping import Progress, SlowMap
 from andante.protocols import Recording
 from andante.recordings import map_frames
@@ -108,7 +107,7 @@ def sensed(
     return Ride(tuple(recording.infos), tuple(found))
 
 
-def followed(tracker: SeeingTracker, ride: Ride) -> list[Estimate]:
+def followed(tracker: ParticleTracker | KalmanTracker, ride: Ride) -> list[Estimate]:
     """What a tracker says of every frame, as it comes."""
     return [tracker.fuse(seen, info) for seen, info in zip(ride.evidence, ride.infos, strict=True)]
 

@@ -1,4 +1,4 @@
-"""Trackers under everything that goes wrong: how soon they know again where they are, how often they are surely wrong."""
+"""Trackers under everything that goes wrong: how soon they know where they are, how often they are surely wrong."""
 
 from __future__ import annotations
 
@@ -38,10 +38,14 @@ _COLUMNS = (
     *("ok and > 1 m [%]", "ok [%]", "raised [runs]"),
 )
 _NOTES = (
-    "recovered is a tracker with the first of ten frames in a row that are ok and at most 1 m off, counted from the "
-    "first frame at which it could know where it is; a run in which it never does counts with all frames that were left",
+    "a tracker has recovered with the first of ten frames in a row that are ok and at most 1 m off, counted from the "
+    "first frame at which it could know where it is; a run in which it never does counts with all frames it had left",
     "ok and > 1 m is the share of all frames of all runs, those without any picture included",
 )
+
+
+_Split = tuple[tuple[str, ...], str]
+"""The sessions that are mapped, and the one that is not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,9 +61,9 @@ class Ground:
 
 @dataclass(frozen=True, slots=True)
 class Ran:
-    """One run: ``frames`` in all, those ``ok``, those ok and ``wrong``, ``waited`` until recovered, what was ``raised``.
+    """One run: ``frames`` in all, those ``ok``, those ok and more than 1 m ``wrong``, what was ``raised``, if anything.
 
-    ``waited`` is ``None`` where it never recovered, ``left`` are the frames it had for it.
+    ``waited`` are the frames until it had recovered, ``None`` where it never did, ``left`` those it had for it.
     """
 
     frames: int
@@ -148,9 +152,7 @@ def ran(follow: Follow, slowmap: SlowMap, what: Staged, seed: int) -> Ran:
     return Ran(frames, ok, int(told.confident_and_wrong.sum()), frames_to_settle(told.settled, what.since), left)
 
 
-def _at_size(
-    bench: Bench, splits: Sequence[tuple[tuple[str, ...], str]], seed: int, scale: Scale
-) -> dict[str, dict[str, list[Ran]]]:
+def _at_size(bench: Bench, splits: Sequence[_Split], seed: int, scale: Scale) -> dict[str, dict[str, list[Ran]]]:
     """By filter and scenario, one for each run; runs take the splits in turn."""
     grounds: dict[int, Ground] = {}
 
@@ -164,7 +166,7 @@ def _at_size(
     parts = [(scenario, name) for scenario in scenarios for name in TRACKERS]
     for done, (scenario, name) in enumerate(parts):
         bench.progress(f"stress, {len(splits[0][0])} mapped", done, len(parts))
-        key = _key(bench, splits, seed, scale, scenario, name)
+        key = _key(bench, splits, seed, scale, scenario=scenario, name=name)
         stored = bench.store.load(key)
         if stored is None:
             runs = []
@@ -194,7 +196,7 @@ def _lap(slowmap: SlowMap, recording: Recording) -> Lap:
 
 
 def _key(
-    bench: Bench, splits: Sequence[tuple[tuple[str, ...], str]], seed: int, scale: Scale, scenario: str, name: str
+    bench: Bench, splits: Sequence[_Split], seed: int, scale: Scale, *, scenario: str, name: str
 ) -> Mapping[str, Any]:
     return {
         "stress": scenario,

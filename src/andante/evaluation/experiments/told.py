@@ -23,7 +23,7 @@ _DECIMALS = 4
 
 @dataclass(frozen=True, eq=False)
 class Told:
-    """Of n frames: ``xy`` (n, 2) and ``heading_rad`` (n,) of the best hypothesis, ``radius_m`` (n,), all NaN where unknown.
+    """Of n frames the best hypothesis, ``xy`` (n, 2) and ``heading_rad`` (n,), and ``radius_m`` (n,); NaN if unknown.
 
     ``status`` (n,) are names, ``truth`` (n, 2) and ``true_heading_rad`` (n,) what is true.
     """
@@ -56,8 +56,11 @@ class Told:
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> Self:
         """What ``as_dict`` made."""
-        names = {field.name: values[field.name] for field in fields(cls)}
-        return cls(**{k: np.array(v) if k == "status" else np.array(v, dtype=np.float64) for k, v in names.items()})
+        arrays: dict[str, Any] = {
+            field.name: np.array(values[field.name], str if field.name == "status" else np.float64)
+            for field in fields(cls)
+        }
+        return cls(**arrays)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON, to a tenth of a millimetre."""
@@ -123,8 +126,9 @@ class Told:
 def _plain(values: NDArray[Any]) -> list[Any]:
     if values.dtype.kind == "U":
         return list(values.tolist())
-    rounded = np.round(values.astype(np.float64), _DECIMALS)
-    return list(np.where(np.isfinite(rounded), rounded.astype(object), None).tolist())
+    rounded = np.round(values, _DECIMALS).astype(object)
+    rounded[~np.isfinite(values)] = None
+    return list(rounded.tolist())
 
 
 def _known(values: FloatArray) -> FloatArray:

@@ -24,8 +24,8 @@ from andante.simulator import Conditions
 
 _FEW = 3
 _NOTE = (
-    "errors are those of the best hypothesis of every frame, whatever its status; a tracker begins every session without "
-    "knowing where it is, and its first frames count"
+    "errors are those of the best hypothesis of every frame, whatever its status; a tracker begins every session "
+    "without knowing where it is, and its first frames count"
 )
 
 
