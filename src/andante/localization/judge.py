@@ -1,0 +1,140 @@
+"""Whether a pose is to be believed: a status with hysteresis, and the reason for it in words.
+
+A filter's own spread knows only of errors that the filter thinks of. So a pose is called ok only where images,
+one after the other and each from a little farther on, agreed with what odometry made of the ones before; an image that
+contradicts ends that at once, and enough of them lose the pose.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from andante.data import Status
+from andante.localization.config import JudgeConfig
+from andante.localization.motion import Step
+
+Opinion = Literal["agrees", "contradicts", "silent"]
+_OFF_MAP_RUN = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Belief:
+    """What of a filter decides how far it is believed.
+
+    ``radius_m`` holds 90 % of it, ``core_radius_m`` 90 % of its best cluster, ``share`` is the weight of that cluster;
+    ``moved_m`` is how far it is from where the one before was to be, ``rivals`` says where else the robot may be.
+    """
+
+    radius_m: float
+    core_radius_m: float
+    share: float
+    moved_m: float
+    rivals: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Testimony:
+    """What was seen in one frame: an opinion on the prediction, the status of the image, and what was out of order."""
+
+    opinion: Opinion
+    image: Status | None
+    why: str
+    notes: Sequence[str] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Judge:
+    """Points for agreement, and how long there has been none.
+
+    ``fresh_m`` is the way since the last point, ``since_m`` and ``since_s`` way and time since the last agreement;
+    ``contradicted`` and ``off_map`` count images in a row, ``ok`` and ``posed`` say what the last status was.
+    """
+
+    points: int = 0
+    fresh_m: float = 0.0
+    since_m: float = 0.0
+    since_s: float = 0.0
+    contradicted: int = 0
+    off_map: int = 0
+    ok: bool = False
+
+    def moved(self, step: Step, walk_m: float) -> Judge:
+        """After a step; ``walk_m`` is its length where odometry does not know it."""
+        way = step.way_m if step.known else walk_m
+        return replace(
+            self,
+            fresh_m=self.fresh_m + way,
+            since_m=self.since_m + way,
+            since_s=self.since_s + step.duration_s,
+        )
+
+    def heard(self, testimony: Testimony, belief: Belief | None, config: JudgeConfig) -> Judge:
+        """After one frame's evidence was taken in."""
+        judge = replace(self, off_map=self._off_map_run(testimony))
+        if belief is not None and belief.moved_m > config.far_m:  # it went over to another place
+            judge = replace(judge, points=min(judge.points, 1), fresh_m=0.0)
+        if testimony.opinion == "agrees":
+            fresh = judge.points == 0 or judge.fresh_m >= config.fresh_m
+            points = min(judge.points + fresh, config.max_points)
+            fresh_m = 0.0 if fresh else judge.fresh_m
+            judge = replace(judge, points=points, fresh_m=fresh_m, since_m=0.0, since_s=0.0, contradicted=0)
+        elif testimony.opinion == "contradicts":
+            judge = replace(judge, points=max(judge.points - 1, 0), contradicted=judge.contradicted + 1)
+        return replace(judge, ok=belief is not None and judge._trusts(belief, config))
+
+    def status(self, belief: Belief | None, testimony: Testimony, config: JudgeConfig) -> tuple[Status, str]:
+        """How far the pose is believed, and why."""
+        notes = "".join(f"; {note}" for note in testimony.notes)
+        if belief is None:
+            return self._without_pose("no image has named a place yet"), f"{self._nowhere(testimony)}{notes}"
+        if self.points == 0:
+            return self._without_pose(""), f"{self._lost(testimony)}{notes}"
+        if belief.core_radius_m > config.lost_radius_m:
+            unsure = f"somewhere within {belief.core_radius_m:.1f} m"
+            return self._without_pose(""), f"{unsure}: {self._unconfirmed(testimony)}{notes}"
+        if self.ok:
+            return Status.OK, f"images and odometry agree{notes}"
+        return Status.DEGRADED, f"{self._doubt(belief, testimony, config)}{notes}"
+
+    def _trusts(self, belief: Belief, config: JudgeConfig) -> bool:
+        """Ok begins and ends at different bounds, so that it does not flicker."""
+        return (
+            self.contradicted == 0
+            and self.points >= config.trusted_points - (1 if self.ok else 0)
+            and belief.radius_m <= config.ok_radius_m * (1.2 if self.ok else 1.0)
+            and 1 - belief.share <= config.rival_share * (1.0 if self.ok else 0.5)
+            and self.since_m <= config.unconfirmed_m
+            and self.since_s <= config.unconfirmed_s
+        )
+
+    def _off_map_run(self, testimony: Testimony) -> int:
+        if testimony.image is None:
+            return self.off_map
+        return self.off_map + 1 if testimony.image == Status.OFF_MAP else 0
+
+    def _without_pose(self, _: str) -> Status:
+        return Status.OFF_MAP if self.off_map >= _OFF_MAP_RUN else Status.LOST
+
+    def _nowhere(self, testimony: Testimony) -> str:
+        return f"no image has named a place yet: {testimony.why}"
+
+    def _lost(self, testimony: Testimony) -> str:
+        if self.contradicted:
+            return f"the last {self.contradicted} images contradict odometry and each other"
+        return f"no image has been believed yet: {testimony.why}"
+
+    def _unconfirmed(self, testimony: Testimony) -> str:
+        return f"no image confirmed it for {self.since_m:.1f} m and {self.since_s:.0f} s ({testimony.why})"
+
+    def _doubt(self, belief: Belief, testimony: Testimony, config: JudgeConfig) -> str:
+        if self.contradicted:
+            return f"{testimony.why}" if testimony.opinion == "contradicts" else "the last image contradicts odometry"
+        if 1 - belief.share > config.rival_share / 2:
+            return f"it may be elsewhere: {belief.rivals}"
+        if self.since_m > config.unconfirmed_m or self.since_s > config.unconfirmed_s:
+            return self._unconfirmed(testimony)
+        if belief.radius_m > config.ok_radius_m:
+            return f"within {belief.radius_m:.1f} m, ok is {config.ok_radius_m:.1f} m"
+        return f"{self.points} of {config.trusted_points} images along the way agree with odometry so far"

@@ -1,0 +1,78 @@
+"""How much of a sighting is news, and whether it agrees with what was expected."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from andante.data import FloatArray
+from andante.localization.config import JudgeConfig, SightingConfig
+from andante.localization.filters import Gauss
+from andante.localization.judge import Opinion
+from andante.localization.motion import Step
+from andante.localization.sighting import Sighting
+
+_FIX_CORRELATION_M = 0.1
+_ALSO_NAMED = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class Novelty:
+    """Way and turn since the last sighting of a kind; infinite before the first.
+
+    Sightings that are taken close to each other err alike, and a hundred from one place are not better than one. So a
+    likelihood is raised to a power below one, that which makes the sum over the way what it would be for one sighting
+    every correlation length.
+    """
+
+    way_m: float = math.inf
+    turn_rad: float = math.inf
+
+    def moved(self, step: Step, walk_m: float) -> Novelty:
+        """After a step; ``walk_m`` is its length where odometry does not know it."""
+        if not step.known:
+            return Novelty(self.way_m + walk_m, self.turn_rad)
+        return Novelty(self.way_m + step.way_m, self.turn_rad + abs(step.turn_rad))
+
+    def exponents(self, config: SightingConfig, *, fix: bool) -> tuple[float, float]:
+        """Sharpness and decision: the likelihood is one with bells to the power ``sharpness``, to that of ``decision``.
+
+        Their product is the power of the bells alone.
+        """
+        correlation = _FIX_CORRELATION_M if fix else config.correlation_m
+        exact = -math.expm1(-(self.way_m / correlation + self.turn_rad / config.correlation_rad))
+        decision = max(exact, -math.expm1(-self.way_m / config.decision_m))
+        return (exact / decision if decision > 0 else 1.0), decision
+
+
+def opinion_of(sighting: Sighting, predicted: Gauss | None, config: JudgeConfig) -> tuple[Opinion, str]:
+    """Whether a sighting agrees with the prediction, and in words why not.
+
+    Only what was given as a pose may contradict, and not where the prediction lies among its other places.
+    """
+    if predicted is None:
+        return ("agrees" if sighting.trusted else "silent"), "the first place that is named"
+    if not sighting.trusted:
+        return "silent", "the image names no place"
+    inside = _inside(sighting, predicted, config)
+    apart = float(np.hypot(*(sighting.xy[0] - predicted.mean[:2])))
+    if inside[0]:
+        return "agrees", ""
+    if (inside & (sighting.weight >= _ALSO_NAMED)).any():
+        return "silent", f"the image may also be from {apart:.1f} m away"
+    what = "the fix" if sighting.from_fix else "the image"
+    return "contradicts", f"{what} is from {apart:.1f} m away from where odometry leads"
+
+
+def _inside(sighting: Sighting, predicted: Gauss, config: JudgeConfig) -> np.ndarray:
+    """(m,) which places are inside the gate around the prediction."""
+    spread = predicted.covariance[:2, :2] + np.eye(2) * (sighting.sigma_m**2 + config.slack_m**2)
+    offset: FloatArray = sighting.xy - predicted.mean[:2]
+    inside = (offset * np.linalg.solve(spread, offset.T).T).sum(axis=1) <= config.gate
+    if predicted.heading_known:
+        turned = np.remainder(sighting.heading - predicted.mean[2] + np.pi, 2 * np.pi) - np.pi
+        variance = predicted.covariance[2, 2] + sighting.heading_sigma_rad**2 + config.slack_rad**2
+        inside &= ~(turned**2 > config.gate * variance)  # an unknown heading agrees with any
+    return np.asarray(inside)
