@@ -73,7 +73,7 @@ class Figures(ErrorFigures, HeadingFigures):
     lost_share: float | None
     unlocalized: int
     coverage_90: float | None
-    confident_wrong_share: float | None
+    confident_wrong_share: float | None = None
     ms_per_image: float | None
     ms_localize: float | None
     statuses: Mapping[str, int]

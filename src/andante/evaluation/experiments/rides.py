@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 
 from andante.data import Estimate, FloatArray, Frame, FrameInfo, ImageArray, Pose2D, Trajectory
@@ -113,8 +112,11 @@ def followed(tracker: ParticleTracker | KalmanTracker, ride: Ride) -> list[Estim
 
 
 def overexposed(image: ImageArray) -> ImageArray:
-    """A camera that looks into the sun: all but the darkest is burnt out."""
-    return cv2.convertScaleAbs(image, alpha=8.0, beta=60.0).astype(np.uint8)
+    """A camera that looks into the sun: all but the darkest tenth of what it sees is burnt out."""
+    seen = image[image > 0]
+    darkest = float(np.quantile(seen, 0.1)) if len(seen) else 0.0
+    burnt = np.where(image > 0, 255.0 + 6.0 * (image - darkest), 0.0)
+    return np.clip(burnt, 0, 255).astype(np.uint8)
 
 
 def covered(image: ImageArray) -> ImageArray:

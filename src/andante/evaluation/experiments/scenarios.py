@@ -11,7 +11,7 @@ from andante.data import Trajectory
 from andante.evaluation.experiments.rides import Ride, around, composed
 from andante.localization import Evidence
 
-BLIND_S, DOCKED_S = 30.0, 60.0
+BLIND_S, CARRIED_S, DOCKED_S = 30.0, 10.0, 60.0
 _SETTLED, _AFTER = 80, 150  # frames before something happens, and after it is over
 _AWAY_M = 2.0
 _SLIP, _SLIPPING = 0.3, (10, 40)  # how much too far or too short, for how many frames in a row
@@ -50,9 +50,10 @@ def kidnapped(rng: np.random.Generator, lap: Lap) -> Staged:
 
 
 def carried_in_the_dark(rng: np.random.Generator, lap: Lap) -> Staged:
-    """The same with a covered lens, for ten seconds."""
-    ride = _carried(rng, lap.clear)
-    return _veiled(ride, 10.0, [lap.dark] * len(ride))
+    """Its lens is covered for ten seconds, and in the middle of them it is carried away."""
+    half = _frames(lap.clear, CARRIED_S / 2)
+    ride = _carried(rng, lap.clear, after=_SETTLED + half)
+    return _veiled(ride, CARRIED_S, [lap.dark] * len(ride))
 
 
 def blind(rng: np.random.Generator, lap: Lap) -> Staged:
@@ -137,17 +138,17 @@ def _anywhere(rng: np.random.Generator, ride: Ride, frames: int) -> Ride:
     return around(ride, int(rng.integers(len(ride))), frames)
 
 
-def _carried(rng: np.random.Generator, ride: Ride) -> Ride:
+def _carried(rng: np.random.Generator, ride: Ride, after: int = _SETTLED) -> Ride:
     """Two parts of a lap that are apart, with an odometry that knows nothing of the way between."""
     start = int(rng.integers(len(ride)))
     truth = Trajectory.of(ride.infos, "reference").xy_m
-    away = np.linalg.norm(truth - truth[(start + _SETTLED) % len(ride)], axis=1) > _AWAY_M
+    away = np.linalg.norm(truth - truth[(start + after) % len(ride)], axis=1) > _AWAY_M
     goal = int(rng.choice(np.flatnonzero(away))) if away.any() else 0
-    before, after = around(ride, start, _SETTLED), around(ride, goal, _AFTER)
-    steps = np.concatenate([before.steps(), np.zeros((1, 3)), after.steps()[1:]])
-    later_s = before.infos[-1].timestamp_s + _wait_s(ride) - after.infos[0].timestamp_s
-    moved = (replace(i, index=i.index + _SETTLED, timestamp_s=i.timestamp_s + later_s) for i in after.infos)
-    joined = Ride((*before.infos, *moved), before.evidence + after.evidence)
+    first, then = around(ride, start, after), around(ride, goal, _AFTER)
+    steps = np.concatenate([first.steps(), np.zeros((1, 3)), then.steps()[1:]])
+    later_s = first.infos[-1].timestamp_s + _wait_s(ride) - then.infos[0].timestamp_s
+    moved = (replace(one, index=one.index + after, timestamp_s=one.timestamp_s + later_s) for one in then.infos)
+    joined = Ride((*first.infos, *moved), first.evidence + then.evidence)
     return joined.with_odometry(composed(steps))
 
 

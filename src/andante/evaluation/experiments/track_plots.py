@@ -8,6 +8,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from andante.data import FloatArray
 from andante.evaluation.experiments.told import Told
@@ -45,7 +46,7 @@ def coverage_over_radius(told: BySize) -> Figure:
             for (name, one), colour in zip(by_name.items(), LINE_COLOURS, strict=False):
                 middle, share = binned_coverage(one)
                 axes.plot(middle, share, "o-", ms=3, lw=1.2, color=colour, label=name)
-            logarithmic(axes, x=True)
+            _radius_axis(axes)
             axes.set(xlabel="promised radius in m", ylim=(-0.02, 1.02))
         _finish(figure, panels, "share within it")
     return figure
@@ -65,7 +66,7 @@ def binned_coverage(one: Told) -> tuple[FloatArray, FloatArray]:
 def receiver_operating(curves: Mapping[str, tuple[FloatArray, FloatArray, float]]) -> Figure:
     """ROC curves by name: false and true positive rates, and the area below, which the legend tells."""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(5.2, 4.4), layout="constrained")
+        figure = Figure(figsize=(4.8, 4.6), layout="constrained")
         axes = figure.add_subplot()
         for (name, (false, true, area)), colour in zip(curves.items(), _many_colours(len(curves)), strict=True):
             axes.plot(false, true, "-", lw=1.4, color=colour, label=f"{name}: {area:.3f}")
@@ -73,7 +74,7 @@ def receiver_operating(curves: Mapping[str, tuple[FloatArray, FloatArray, float]
         axes.set(xlabel="off-map images taken for mapped places", ylabel="images of mapped places known as such")
         axes.set(xlim=(-0.01, 1.0), ylim=(0, 1.01), aspect="equal")
         axes.grid()
-        figure.legend(loc="outside right upper", fontsize=8)
+        axes.legend(loc="lower right", title="area below the curve", fontsize=8)
     return figure
 
 
@@ -83,6 +84,15 @@ def _panels(told: BySize) -> tuple[Figure, list[Axes]]:
     for axes, size in zip(panels, told, strict=True):
         axes.set_title(f"{size} mapped", fontsize=9)
     return figure, list(panels)
+
+
+def _radius_axis(axes: Axes) -> None:
+    """A logarithm, unless all radii are much the same."""
+    low, high = axes.get_xlim()
+    if low > 0 and high / low > 4:
+        logarithmic(axes, x=True)
+    else:
+        axes.xaxis.set_major_locator(MaxNLocator(4))
 
 
 def _finish(figure: Figure, panels: list[Axes], label: str) -> None:
