@@ -27,9 +27,9 @@ class MotionConfig(_Frozen):
     gyro_rad_s: _Positive = 0.004
     wheel_m: _Positive = 0.015
     turn_rad: _Positive = 0.02
-    slip_share: _Share = 0.05
+    slip_share: _Share = 0.2
     max_speed_m_s: _Positive = 2.5
-    max_turn_rad_s: _Positive = 4.0
+    max_turn_rad_s: _Positive = 20.0
     walk_m: _Positive = 0.4
     walk_rad: _Positive = 0.8
 
@@ -53,7 +53,7 @@ class SightingConfig(_Frozen):
     correlation_rad: _Positive = 2.0
     decision_m: _Positive = 0.2
     min_sigma_m: _Positive = 0.02
-    max_sigma_m: _Positive = 0.15
+    max_sigma_m: _Positive = 0.12
     blind_sigma_m: _Positive = 0.3
     heading_sigma_rad: _Positive = 0.1
 
@@ -72,8 +72,8 @@ class JudgeConfig(_Frozen):
     fresh_m: _Positive = 0.03
     ok_radius_m: _Positive = 0.8
     lost_radius_m: _Positive = 3.0
-    unconfirmed_m: _Positive = 1.0
-    unconfirmed_s: _Positive = 5.0
+    unconfirmed_m: _Positive = 0.6
+    unconfirmed_s: _Positive = 3.0
     rival_share: _Share = 0.15
     gate: _Positive = 9.21
     slack_m: _Positive = 0.1

@@ -77,7 +77,7 @@ class ParticleFilter:
             return
         cloud, before = self._cloud, self._clusters[0].mean[:2]
         for one in seen:
-            cloud = cloud.weighed(one.sighting.likelihood(cloud.pose, one.sharpness), one.decision)
+            cloud = cloud.weighed(one.likelihood(cloud.pose))
         mass = self._config.injected_weight * doubt**2
         for one in seen:
             if one.contradicts:
