@@ -25,6 +25,7 @@ from andante.mapping.slow_map import SlowMap
 
 _FAST, _SLOW, _LEAST_SLOW = 0.3, 0.03, 0.5
 _RADIUS_GAIN, _RADIUS_SHARE = 0.1, 0.7
+_STRAIN_GAIN, _STRAIN_RADII = 0.3, 1.5
 _NO_PICTURE = "there is no picture"
 
 
@@ -74,7 +75,7 @@ class FusingTracker:
         memory, seen, testimony = self._heard(memory, step, evidence, fix)
         doubt = max(0.0, 1.0 - memory.fast / max(memory.slow, _LEAST_SLOW))
         self._filter.correct(seen, memory.trail, doubt=doubt)
-        belief = _with_images(self._filter.belief, memory.image_radius_m)
+        belief = _with_images(self._filter.belief, memory)
         judge = memory.judge.heard(testimony, belief, self._config.judge)
         self._memory = replace(memory, judge=judge)
         self._estimate = self._told(*judge.status(belief, testimony, self._config.judge), belief)
@@ -138,6 +139,9 @@ class FusingTracker:
                 memory = replace(memory, image_news=Novelty(0.0, 0.0))
             if one.trusted:
                 memory = replace(memory, trail=memory.trail.with_place(*one.xy[0].tolist()))
+            if opinion == "agrees" and predicted is not None:
+                strain = float(np.hypot(*(one.xy[0] - predicted.mean[:2])))
+                memory = replace(memory, strain_m=memory.strain_m + _STRAIN_GAIN * (strain - memory.strain_m))
         memory = _with_radius(memory, evidence)
         return self._agreed(memory, opinions), seen, _testimony(evidence, heard, opinions, step)
 
@@ -192,12 +196,15 @@ def _with_radius(memory: Memory, evidence: Evidence | None) -> Memory:
     return replace(memory, image_radius_m=radius if known == 0 else known + _RADIUS_GAIN * (radius - known))
 
 
-def _with_images(belief: Belief | None, image_radius_m: float) -> Belief | None:
-    """Images err alike for long, so a filter is hardly more exact than they are, whatever its particles say."""
+def _with_images(belief: Belief | None, memory: Memory) -> Belief | None:
+    """Images err alike for long, so a filter is hardly more exact than they are, whatever its particles say.
+
+    Nor is it where images keep pulling it away from where odometry leads, as when wheels slip.
+    """
     if belief is None:
         return None
-    radius = max(belief.radius_m, _RADIUS_SHARE * image_radius_m)
-    return replace(belief, radius_m=radius, image_radius_m=image_radius_m)
+    radius = max(belief.radius_m, _RADIUS_SHARE * memory.image_radius_m, _STRAIN_RADII * memory.strain_m)
+    return replace(belief, radius_m=radius, image_radius_m=memory.image_radius_m)
 
 
 def _testimony(

@@ -54,6 +54,7 @@ class _Scalars(BaseModel):
     fast: float
     slow: float
     image_radius_m: float
+    strain_m: float
     status: Status
     reason: str
     place: tuple[float | None, float | None, float | None, float | None]
@@ -110,6 +111,7 @@ def write_state(state: State, owner: Owner, path: str | Path) -> None:
         fast=memory.fast,
         slow=memory.slow,
         image_radius_m=memory.image_radius_m,
+        strain_m=memory.strain_m,
         status=estimate.status,
         reason=estimate.reason,
         place=(estimate.x_m, estimate.y_m, estimate.heading_rad, estimate.radius_m),
@@ -186,6 +188,7 @@ def _assembled(scalars: _Scalars, arrays: dict[str, FloatArray]) -> State:
         fast=scalars.fast,
         slow=scalars.slow,
         image_radius_m=scalars.image_radius_m,
+        strain_m=scalars.strain_m,
         good=arrays.get(_GOOD),
         last=arrays.get(_LAST),
     )
