@@ -32,12 +32,13 @@ def clusters_of(pose: FloatArray, weight: FloatArray, cell_m: float) -> list[Clu
     Cells that touch belong together; particles in cells with hardly any weight belong to none.
     """
     cell = np.floor(pose[:, :2] / cell_m)
-    corners, inverse = np.unique(cell, axis=0, return_inverse=True)
-    inverse = inverse.reshape(-1)
+    # One number a cell: complex numbers are sorted by the real part, then by the imaginary one.
+    corners, inverse = np.unique(cell[:, 0] + 1j * cell[:, 1], return_inverse=True)
     mass = np.bincount(inverse, weight, len(corners))
     thick = np.flatnonzero(mass >= min(_THIN, mass.max()))
     thick = thick[np.argsort(-mass[thick], kind="stable")[:_MAX_CELLS]]
-    near = np.abs(corners[thick, None] - corners[thick]).max(axis=2) <= 1
+    between = corners[thick, None] - corners[thick]
+    near = (np.abs(between.real) <= 1) & (np.abs(between.imag) <= 1)
     count, label = connected_components(near, directed=False)
     of_cell = np.full(len(corners), -1)
     of_cell[thick] = label

@@ -4,14 +4,31 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from andante.errors import ConfigError
 
 _Positive = Annotated[float, Field(gt=0)]
 _Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class _Frozen(BaseModel):
+    """Checked when it is made; raises ``ConfigError`` naming the key and what is allowed."""
+
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    def __init__(self, **values: object) -> None:
+        try:
+            super().__init__(**values)
+        except ValidationError as error:
+            fault = error.errors(include_url=False)[0]
+            key = ".".join(str(part) for part in fault["loc"]) or "value"
+            raise ConfigError(
+                f"tracker configuration: {key} = {fault['input']!r:.80} is not allowed: {fault['msg'].lower()}"
+            ) from None
+
+    # Tells pydantic not to call this for values inside of others: only the outermost knows the whole key.
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 
 
 class MotionConfig(_Frozen):
@@ -27,9 +44,9 @@ class MotionConfig(_Frozen):
     gyro_rad_s: _Positive = 0.004
     wheel_m: _Positive = 0.015
     turn_rad: _Positive = 0.02
-    slip_share: _Share = 0.05
+    slip_share: _Share = 0.3
     max_speed_m_s: _Positive = 2.5
-    max_turn_rad_s: _Positive = 4.0
+    max_turn_rad_s: _Positive = 20.0
     walk_m: _Positive = 0.4
     walk_rad: _Positive = 0.8
 
@@ -53,7 +70,7 @@ class SightingConfig(_Frozen):
     correlation_rad: _Positive = 2.0
     decision_m: _Positive = 0.2
     min_sigma_m: _Positive = 0.02
-    max_sigma_m: _Positive = 0.15
+    max_sigma_m: _Positive = 0.12
     blind_sigma_m: _Positive = 0.3
     heading_sigma_rad: _Positive = 0.1
 
@@ -72,8 +89,8 @@ class JudgeConfig(_Frozen):
     fresh_m: _Positive = 0.03
     ok_radius_m: _Positive = 0.8
     lost_radius_m: _Positive = 3.0
-    unconfirmed_m: _Positive = 1.0
-    unconfirmed_s: _Positive = 5.0
+    unconfirmed_m: _Positive = 0.6
+    unconfirmed_s: _Positive = 3.0
     rival_share: _Share = 0.15
     gate: _Positive = 9.21
     slack_m: _Positive = 0.1

@@ -27,6 +27,11 @@ class Gauss:
     covariance: FloatArray
 
     @property
+    def variance_m2(self) -> float:
+        """Of the position, along an average axis."""
+        return float(self.covariance[0, 0] + self.covariance[1, 1]) / 2
+
+    @property
     def heading_known(self) -> bool:
         """Whether the headings have a direction at all."""
         return bool(self.covariance[2, 2] < UNKNOWN_HEADING_RAD2)
@@ -34,12 +39,21 @@ class Gauss:
 
 @dataclass(frozen=True, eq=False)
 class Weighted:
-    """A sighting, and how much of it is news: see ``Novelty``."""
+    """A sighting, and how much of it is news (``Novelty``).
+
+    Its likelihood has bells to the power of ``sharpness`` above a ``floor``, and is taken to the power of ``decision``;
+    ``contradicts`` says whether it speaks for another place than the prediction.
+    """
 
     sighting: Sighting
     sharpness: float
     decision: float
+    floor: float
     contradicts: bool
+
+    def likelihood(self, pose: FloatArray) -> FloatArray:
+        """(n, 3) x, y, heading -> (n,)."""
+        return self.sighting.likelihood(pose, self.sharpness, self.floor) ** self.decision
 
 
 class Filter(Protocol):

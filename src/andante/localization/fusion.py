@@ -15,7 +15,7 @@ from andante.localization.config import KalmanConfig, ParticleConfig
 from andante.localization.evidence import Evidence, evidence_of
 from andante.localization.faults import Heard, listen
 from andante.localization.filters import Filter, Weighted
-from andante.localization.judge import Opinion, Testimony
+from andante.localization.judge import Belief, Opinion, Testimony
 from andante.localization.memory import Memory
 from andante.localization.motion import Step
 from andante.localization.sighting import Sighting, sighting_of_fix, sighting_of_image
@@ -24,7 +24,9 @@ from andante.localization.witness import Novelty, opinion_of
 from andante.mapping.slow_map import SlowMap
 
 _FAST, _SLOW, _LEAST_SLOW = 0.3, 0.03, 0.5
-_NOTHING = Testimony("silent", None, "there is no picture")
+_RADIUS_GAIN, _RADIUS_SHARE = 0.1, 0.7
+_STRAIN_GAIN, _STRAIN_RADII = 0.3, 1.5
+_NO_PICTURE = "there is no picture"
 
 
 class FusingTracker:
@@ -73,10 +75,10 @@ class FusingTracker:
         memory, seen, testimony = self._heard(memory, step, evidence, fix)
         doubt = max(0.0, 1.0 - memory.fast / max(memory.slow, _LEAST_SLOW))
         self._filter.correct(seen, memory.trail, doubt=doubt)
-        belief = self._filter.belief
+        belief = _with_images(self._filter.belief, memory)
         judge = memory.judge.heard(testimony, belief, self._config.judge)
         self._memory = replace(memory, judge=judge)
-        self._estimate = self._told(*judge.status(belief, testimony, self._config.judge))
+        self._estimate = self._told(*judge.status(belief, testimony, self._config.judge), belief)
         return self._estimate
 
     def save(self, path: str | Path) -> None:
@@ -129,14 +131,18 @@ class FusingTracker:
         seen = []
         for one, (opinion, _) in opinions.items():
             news = memory.fix_news if one.from_fix else memory.image_news
-            sharpness, decision = news.exponents(config.sighting, fix=one.from_fix)
-            seen.append(Weighted(one, sharpness, decision, opinion == "contradicts" or not one.trusted))
+            elsewhere = opinion == "contradicts" or not one.trusted
+            seen.append(news.weighted(one, predicted, config.sighting, contradicts=elsewhere))
             if one.from_fix:
                 memory = replace(memory, fix_news=Novelty(0.0, 0.0))
             else:
                 memory = replace(memory, image_news=Novelty(0.0, 0.0))
             if one.trusted:
                 memory = replace(memory, trail=memory.trail.with_place(*one.xy[0].tolist()))
+            if opinion == "agrees" and predicted is not None:
+                strain = float(np.hypot(*(one.xy[0] - predicted.mean[:2])))
+                memory = replace(memory, strain_m=memory.strain_m + _STRAIN_GAIN * (strain - memory.strain_m))
+        memory = _with_radius(memory, evidence)
         return self._agreed(memory, opinions), seen, _testimony(evidence, heard, opinions, step)
 
     def _listened(self, memory: Memory, evidence: Evidence | None) -> tuple[Memory, Heard | None]:
@@ -161,9 +167,8 @@ class FusingTracker:
                 memory = replace(memory, fast=fast, slow=memory.slow + _SLOW * (agrees - memory.slow))
         return memory
 
-    def _told(self, status: Status, reason: str) -> Estimate:
-        best, belief = self._filter.best, self._filter.belief
-        hypotheses = self._filter.hypotheses
+    def _told(self, status: Status, reason: str, belief: Belief | None) -> Estimate:
+        best, hypotheses = self._filter.best, self._filter.hypotheses
         if best is None or belief is None or not status.has_pose:
             return Estimate(status, reason, hypotheses=hypotheses)
         x, y, heading = best.mean.tolist()
@@ -182,6 +187,26 @@ class FusingTracker:
         )
 
 
+def _with_radius(memory: Memory, evidence: Evidence | None) -> Memory:
+    """With the radius of an image that names a pose in the running mean."""
+    radius = None if evidence is None else evidence.estimate.radius_m
+    if radius is None or not math.isfinite(radius):
+        return memory
+    known = memory.image_radius_m
+    return replace(memory, image_radius_m=radius if known == 0 else known + _RADIUS_GAIN * (radius - known))
+
+
+def _with_images(belief: Belief | None, memory: Memory) -> Belief | None:
+    """Images err alike for long, so a filter is hardly more exact than they are, whatever its particles say.
+
+    Nor is it where images keep pulling it away from where odometry leads, as when wheels slip.
+    """
+    if belief is None:
+        return None
+    radius = max(belief.radius_m, _RADIUS_SHARE * memory.image_radius_m, _STRAIN_RADII * memory.strain_m)
+    return replace(belief, radius_m=radius, image_radius_m=memory.image_radius_m)
+
+
 def _testimony(
     evidence: Evidence | None, heard: Heard | None, opinions: dict[Sighting, tuple[Opinion, str]], step: Step
 ) -> Testimony:
@@ -194,11 +219,12 @@ def _testimony(
     image = None if evidence is None else evidence.estimate.status
     ranked = sorted(opinions.values(), key=lambda one: ("agrees", "contradicts", "silent").index(one[0]))
     if not ranked:
-        why = _NOTHING.why if evidence is None else evidence.estimate.reason
-        return Testimony("silent", image, why, notes)
+        why = _NO_PICTURE if evidence is None else evidence.estimate.reason
+        return Testimony("silent", image, why, False, notes)
     opinion, why = ranked[0]
     if opinion == "agrees":
         notes.extend(other for one, other in ranked if one == "contradicts")
     elif opinion == "silent" and evidence is not None:
         why = evidence.estimate.reason
-    return Testimony(opinion, image, why, notes)
+    sure = any(one.status == Status.OK and said == opinion for one, (said, _) in opinions.items())
+    return Testimony(opinion, image, why, sure, notes)

@@ -17,6 +17,7 @@ from andante.localization.motion import Step
 
 Opinion = Literal["agrees", "contradicts", "silent"]
 _OFF_MAP_RUN = 3
+_LOST_RADII = 1.2
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +26,7 @@ class Belief:
 
     ``radius_m`` holds 90 % of it, ``core_radius_m`` 90 % of its best cluster, ``share`` is the weight of that cluster;
     ``moved_m`` is how far it is from where the one before was to be, ``rivals`` says where else the robot may be.
+    ``image_radius_m`` is what images that name a pose have of late.
     """
 
     radius_m: float
@@ -32,15 +34,20 @@ class Belief:
     share: float
     moved_m: float
     rivals: str = ""
+    image_radius_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Testimony:
-    """What was seen in one frame: an opinion on the prediction, the status of the image, and what was out of order."""
+    """What was seen in one frame: an opinion on the prediction, the status of the image, and what was out of order.
+
+    ``sure`` says whether what was seen is believed by itself.
+    """
 
     opinion: Opinion
     image: Status | None
     why: str
+    sure: bool = False
     notes: Sequence[str] = ()
 
 
@@ -48,8 +55,8 @@ class Testimony:
 class Judge:
     """Points for agreement, and how long there has been none.
 
-    ``fresh_m`` is the way since the last point, ``since_m`` and ``since_s`` way and time since the last agreement;
-    ``contradicted`` and ``off_map`` count images in a row, ``ok`` and ``posed`` say what the last status was.
+    ``fresh_m`` is the way since the last point, ``since_m`` and ``since_s`` way and time since a sure image agreed;
+    ``contradicted`` and ``off_map`` count images in a row, ``ok`` says whether the last status was that.
     """
 
     points: int = 0
@@ -70,16 +77,25 @@ class Judge:
             since_s=self.since_s + step.duration_s,
         )
 
+    def _long_unconfirmed(self, config: JudgeConfig) -> bool:
+        return self.since_m > config.unconfirmed_m or self.since_s > config.unconfirmed_s
+
     def heard(self, testimony: Testimony, belief: Belief | None, config: JudgeConfig) -> Judge:
         """After one frame's evidence was taken in."""
         judge = replace(self, off_map=self._off_map_run(testimony))
+        if self._long_unconfirmed(config):  # one image in a wide prediction proves little
+            judge = replace(judge, points=min(judge.points, max(config.trusted_points - 3, 1)))
         if belief is not None and belief.moved_m > config.far_m:  # it went over to another place
             judge = replace(judge, points=min(judge.points, 1), fresh_m=0.0)
         if testimony.opinion == "agrees":
             fresh = judge.points == 0 or judge.fresh_m >= config.fresh_m
-            points = min(judge.points + fresh, config.max_points)
+            # Doubtful images, however many, make no trusted pose.
+            most = config.max_points if testimony.sure else max(config.trusted_points - 1, judge.points)
+            points = min(judge.points + fresh, most)
             fresh_m = 0.0 if fresh else judge.fresh_m
-            judge = replace(judge, points=points, fresh_m=fresh_m, since_m=0.0, since_s=0.0, contradicted=0)
+            judge = replace(judge, points=points, fresh_m=fresh_m, contradicted=0)
+            if testimony.sure:
+                judge = replace(judge, since_m=0.0, since_s=0.0)
         elif testimony.opinion == "contradicts":
             judge = replace(judge, points=max(judge.points - 1, 0), contradicted=judge.contradicted + 1)
         return replace(judge, ok=belief is not None and judge._trusts(belief, config))
@@ -88,12 +104,12 @@ class Judge:
         """How far the pose is believed, and why."""
         notes = "".join(f"; {note}" for note in testimony.notes)
         if belief is None:
-            return self._without_pose("no image has named a place yet"), f"{self._nowhere(testimony)}{notes}"
+            return self._without_pose(), f"{self._nowhere(testimony)}{notes}"
         if self.points == 0:
-            return self._without_pose(""), f"{self._lost(testimony)}{notes}"
-        if belief.core_radius_m > config.lost_radius_m:
+            return self._without_pose(), f"{self._lost(testimony)}{notes}"
+        if belief.core_radius_m > max(config.lost_radius_m, _LOST_RADII * belief.image_radius_m):
             unsure = f"somewhere within {belief.core_radius_m:.1f} m"
-            return self._without_pose(""), f"{unsure}: {self._unconfirmed(testimony)}{notes}"
+            return self._without_pose(), f"{unsure}: {self._unconfirmed(testimony)}{notes}"
         if self.ok:
             return Status.OK, f"images and odometry agree{notes}"
         return Status.DEGRADED, f"{self._doubt(belief, testimony, config)}{notes}"
@@ -102,11 +118,11 @@ class Judge:
         """Ok begins and ends at different bounds, so that it does not flicker."""
         return (
             self.contradicted == 0
+            and self.off_map == 0
             and self.points >= config.trusted_points - (1 if self.ok else 0)
             and belief.radius_m <= config.ok_radius_m * (1.2 if self.ok else 1.0)
             and 1 - belief.share <= config.rival_share * (1.0 if self.ok else 0.5)
-            and self.since_m <= config.unconfirmed_m
-            and self.since_s <= config.unconfirmed_s
+            and not self._long_unconfirmed(config)
         )
 
     def _off_map_run(self, testimony: Testimony) -> int:
@@ -114,7 +130,7 @@ class Judge:
             return self.off_map
         return self.off_map + 1 if testimony.image == Status.OFF_MAP else 0
 
-    def _without_pose(self, _: str) -> Status:
+    def _without_pose(self) -> Status:
         return Status.OFF_MAP if self.off_map >= _OFF_MAP_RUN else Status.LOST
 
     def _nowhere(self, testimony: Testimony) -> str:
@@ -126,14 +142,16 @@ class Judge:
         return f"no image has been believed yet: {testimony.why}"
 
     def _unconfirmed(self, testimony: Testimony) -> str:
-        return f"no image confirmed it for {self.since_m:.1f} m and {self.since_s:.0f} s ({testimony.why})"
+        return f"no image that is sure confirmed it for {self.since_m:.1f} m and {self.since_s:.0f} s ({testimony.why})"
 
     def _doubt(self, belief: Belief, testimony: Testimony, config: JudgeConfig) -> str:
         if self.contradicted:
             return f"{testimony.why}" if testimony.opinion == "contradicts" else "the last image contradicts odometry"
+        if self.off_map:
+            return f"the image looks like no mapped place: {testimony.why}"
         if 1 - belief.share > config.rival_share / 2:
             return f"it may be elsewhere: {belief.rivals}"
-        if self.since_m > config.unconfirmed_m or self.since_s > config.unconfirmed_s:
+        if self._long_unconfirmed(config):
             return self._unconfirmed(testimony)
         if belief.radius_m > config.ok_radius_m:
             return f"within {belief.radius_m:.1f} m, ok is {config.ok_radius_m:.1f} m"

@@ -17,7 +17,8 @@ class Memory:
     """Everything besides the filter; replaced as a whole with every frame.
 
     ``good`` and ``last`` (k,) are slow features of the last image that did not jump and of the last one. ``fast`` and
-    ``slow`` are running means of how often images agree with the prediction (augmented MCL, theory 8).
+    ``slow`` are running means of how often images agree with the prediction (augmented MCL, theory 8),
+    ``image_radius_m`` is that of the radii they come with and ``strain_m`` that of how far they are from the prediction.
     """
 
     odometer: Odometer = field(default_factory=Odometer)
@@ -28,5 +29,7 @@ class Memory:
     judge: Judge = field(default_factory=Judge)
     fast: float = 1.0
     slow: float = 1.0
+    image_radius_m: float = 0.0
+    strain_m: float = 0.0
     good: FloatArray | None = None
     last: FloatArray | None = None

@@ -19,6 +19,7 @@ from andante.localization.particles import Cloud
 from andante.localization.trail import Trail
 
 _MAX_HYPOTHESES = 8
+_CORE_SHARE = 0.35
 
 
 class ParticleFilter:
@@ -42,8 +43,9 @@ class ParticleFilter:
             return None
         cloud, best = self._cloud, self._clusters[0]
         centre = best.mean[:2]
-        core = weighted_radius(cloud.state[best.member, :2], cloud.weight[best.member], centre)
-        radius = weighted_radius(cloud.state[:, :2], cloud.weight, centre)
+        radius = core = weighted_radius(cloud.state[:, :2], cloud.weight, centre)
+        if best.share > _CORE_SHARE:  # else it is no cluster but a fragment
+            core = weighted_radius(cloud.state[best.member, :2], cloud.weight[best.member], centre)
         return Belief(radius, core, best.share, self._moved_m, self._rivals())
 
     @property
@@ -77,7 +79,7 @@ class ParticleFilter:
             return
         cloud, before = self._cloud, self._clusters[0].mean[:2]
         for one in seen:
-            cloud = cloud.weighed(one.sighting.likelihood(cloud.pose, one.sharpness), one.decision)
+            cloud = cloud.weighed(one.likelihood(cloud.pose))
         mass = self._config.injected_weight * doubt**2
         for one in seen:
             if one.contradicts:

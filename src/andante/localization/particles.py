@@ -16,8 +16,8 @@ from andante.localization.trail import Trail
 X, Y, HEADING, BIAS, SCALE = range(5)
 _BIAS_WALK, _SCALE_WALK = 0.02, 0.02
 """The shares of their deviations by which bias and scale change, in the root of a second and of a metre."""
-_SLIP = (0.3, 1.0)
-_SLIP_TURN_RAD = 0.1
+_SLIP = (0.5, 1.5)
+_SLIP_TURN_RAD = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,9 +68,9 @@ class Cloud:
         state[:, SCALE] += noise[3] * config.scale * _SCALE_WALK * math.sqrt(step.way_m)
         return replace(self, state=state)
 
-    def weighed(self, likelihood: FloatArray, exponent: float) -> Cloud:
-        """After a measurement of likelihood (n,), tempered by an exponent from 0 to 1."""
-        weight = self.weight * likelihood**exponent
+    def weighed(self, likelihood: FloatArray) -> Cloud:
+        """After a measurement of likelihood (n,), which is positive."""
+        weight = self.weight * likelihood
         return replace(self, weight=weight / weight.sum())
 
     def injected(

@@ -13,6 +13,7 @@ from andante.localization.config import SightingConfig
 RADIUS_PER_SIGMA = 2.146
 """The 90 % radius of a Gaussian in the plane whose deviation along each axis is one."""
 _FIX_FLOOR = 0.02
+_WIDE = 0.03
 _FIX_MIN_SIGMA_M = 0.02
 
 
@@ -35,8 +36,9 @@ class Sighting:
     status: Status
     from_fix: bool = False
 
-    def likelihood(self, pose: FloatArray, sharpness: float = 1.0) -> FloatArray:
+    def likelihood(self, pose: FloatArray, sharpness: float = 1.0, floor: float | None = None) -> FloatArray:
         """(n, 3) x, y, heading -> (n,) from ``floor`` to one; ``sharpness`` below one widens the bells."""
+        floor = self.floor if floor is None else floor
         squared = ((pose[:, None, :2] - self.xy) ** 2).sum(axis=2) / self.sigma_m**2
         known = np.isfinite(self.heading)
         if known.any():
@@ -44,8 +46,8 @@ class Sighting:
             squared += (2 - 2 * np.cos(turned)) / self.heading_sigma_rad**2
         squared *= sharpness
         # A second, wider bell leads particles that are near by towards the place.
-        bells = 0.9 * np.exp(-0.5 * squared) + 0.1 * np.exp(-0.5 * squared / 16)
-        likelihood: FloatArray = self.floor + (1 - self.floor) * np.minimum(bells @ self.weight / self.weight.max(), 1)
+        bells = (1 - _WIDE) * np.exp(-0.5 * squared) + _WIDE * np.exp(-0.5 * squared / 16)
+        likelihood: FloatArray = floor + (1 - floor) * np.minimum(bells @ self.weight / self.weight.max(), 1)
         return likelihood
 
     def draw(self, count: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:

@@ -53,6 +53,8 @@ class _Scalars(BaseModel):
     judge: Judge
     fast: float
     slow: float
+    image_radius_m: float
+    strain_m: float
     status: Status
     reason: str
     place: tuple[float | None, float | None, float | None, float | None]
@@ -108,6 +110,8 @@ def write_state(state: State, owner: Owner, path: str | Path) -> None:
         judge=memory.judge,
         fast=memory.fast,
         slow=memory.slow,
+        image_radius_m=memory.image_radius_m,
+        strain_m=memory.strain_m,
         status=estimate.status,
         reason=estimate.reason,
         place=(estimate.x_m, estimate.y_m, estimate.heading_rad, estimate.radius_m),
@@ -183,6 +187,8 @@ def _assembled(scalars: _Scalars, arrays: dict[str, FloatArray]) -> State:
         judge=scalars.judge,
         fast=scalars.fast,
         slow=scalars.slow,
+        image_radius_m=scalars.image_radius_m,
+        strain_m=scalars.strain_m,
         good=arrays.get(_GOOD),
         last=arrays.get(_LAST),
     )

@@ -9,13 +9,14 @@ import numpy as np
 
 from andante.data import FloatArray
 from andante.localization.config import JudgeConfig, SightingConfig
-from andante.localization.filters import Gauss
+from andante.localization.filters import Gauss, Weighted
 from andante.localization.judge import Opinion
 from andante.localization.motion import Step
 from andante.localization.sighting import Sighting
 
 _FIX_CORRELATION_M = 0.1
 _ALSO_NAMED = 0.2
+_WIDEST_M2 = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,15 +37,24 @@ class Novelty:
             return Novelty(self.way_m + walk_m, self.turn_rad)
         return Novelty(self.way_m + step.way_m, self.turn_rad + abs(step.turn_rad))
 
-    def exponents(self, config: SightingConfig, *, fix: bool) -> tuple[float, float]:
-        """Sharpness and decision: the likelihood is one with bells to the power ``sharpness``, to that of ``decision``.
+    def weighted(
+        self, sighting: Sighting, predicted: Gauss | None, config: SightingConfig, *, contradicts: bool
+    ) -> Weighted:
+        """The sighting with what is new of it.
 
-        Their product is the power of the bells alone.
+        It is the more news the less exact the prediction is, wherever it was made. And the wider the prediction, the
+        smaller is the chance that a wrong sighting falls into it, so the lower is the floor.
         """
-        correlation = _FIX_CORRELATION_M if fix else config.correlation_m
-        exact = -math.expm1(-(self.way_m / correlation + self.turn_rad / config.correlation_rad))
+        correlation = _FIX_CORRELATION_M if sighting.from_fix else config.correlation_m
+        fresh = -math.expm1(-(self.way_m / correlation + self.turn_rad / config.correlation_rad))
+        variance = math.inf if predicted is None else predicted.variance_m2
+        exact = max(fresh, 1.0 - sighting.sigma_m**2 / max(variance, 1e-12))
         decision = max(exact, -math.expm1(-self.way_m / config.decision_m))
-        return (exact / decision if decision > 0 else 1.0), decision
+        if decision <= 0:
+            return Weighted(sighting, 1.0, 0.0, sighting.floor, contradicts)
+        narrow = sighting.sigma_m**2 / exact if exact > 0 else math.inf
+        share = 1.0 if math.isinf(narrow) else narrow / (narrow + min(variance, _WIDEST_M2))
+        return Weighted(sighting, exact / decision, decision, sighting.floor * share, contradicts)
 
 
 def opinion_of(sighting: Sighting, predicted: Gauss | None, config: JudgeConfig) -> tuple[Opinion, str]:
