@@ -94,7 +94,8 @@ def _errors_over_time(axes: Axes, times: FloatArray, scored: Scored, statuses: N
     axes.set(ylabel=f"error in {UNIT[unit]}")
     logarithmic(axes, y=True)
     axes.grid(axis="y")
-    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=5, borderaxespad=0, columnspacing=1.0)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=5, borderaxespad=0, columnspacing=1.0)
 
 
 def _dots(axes: Axes, times: FloatArray, values: FloatArray, statuses: NDArray[np.str_]) -> None:
