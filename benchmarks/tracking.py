@@ -64,9 +64,9 @@ def main() -> None:
     recording = open_recording(options.recording)
     slowmap = SlowMap.load(options.map).for_recording(recording)
     with one_thread():
-        evidence, seeing = [], []
+        evidence, seeing, eye = [], [], make_tracker(slowmap)
         for frame in recording.frames():
-            seen, spent = timed(make_tracker(slowmap).see, frame.image)
+            seen, spent = timed(eye.see, frame.image)
             evidence.append(seen)
             seeing.append(spent)
         heading = "with" if any(one.estimate.heading_rad is not None for one in evidence) else "without"

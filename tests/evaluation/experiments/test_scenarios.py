@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from andante.data import Estimate, Status, Trajectory
+from andante.evaluation.experiments.rides import Ride
 from andante.evaluation.experiments.scenarios import (
     BLIND_S,
     CARRIED_S,
@@ -24,12 +25,14 @@ from andante.evaluation.experiments.scenarios import (
 from andante.localization import Evidence
 
 DARK = Evidence(Estimate(Status.LOST, "dark"))
+OTHER = Evidence(Estimate(Status.OK, "another day"))
 BURNT = Evidence(Estimate(Status.LOST, "burnt"))
 
 
 @pytest.fixture
 def seen(lap):
-    return Lap(lap, (BURNT,) * len(lap), DARK)
+    other = Ride(lap.infos, (OTHER,) * len(lap))
+    return Lap(lap, (BURNT,) * len(lap), DARK, other)
 
 
 def rng(seed=0):
@@ -83,6 +86,11 @@ def test_kidnapped_moves_the_robot_and_not_its_odometry(seen):
     assert np.delete(jump, staged.since - 1).max() < 0.7
     assert way(staged.ride, "odometry").max() < 0.7
     assert all(evidence is not DARK for evidence in staged.ride.evidence)
+
+
+def test_kidnapped_maybe_to_another_day(seen):
+    days = [OTHER in kidnapped(rng(seed), seen).ride.evidence for seed in range(20)]
+    assert 5 < sum(days) < 15
 
 
 def test_carried_in_the_dark(seen):

@@ -21,11 +21,15 @@ _JUMPS, _JUMP_M = 5, 5.0
 
 @dataclass(frozen=True, eq=False)
 class Lap:
-    """One closed lap of an unseen session as a map sees it: clear, dazzled, and what a covered lens says."""
+    """One closed lap of an unseen session as a map sees it: clear, dazzled, and what a covered lens says.
+
+    ``other`` is another unseen session, or the same where there is none.
+    """
 
     clear: Ride
     dazzled: tuple[Evidence | None, ...]
     dark: Evidence
+    other: Ride
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,14 +49,15 @@ def unknown_start(rng: np.random.Generator, lap: Lap) -> Staged:
 
 
 def kidnapped(rng: np.random.Generator, lap: Lap) -> Staged:
-    """It is carried to another place of the lap, and its odometry goes on as if nothing had happened."""
-    return Staged(_carried(rng, lap.clear), _SETTLED)
+    """It is carried to another place, maybe on another day, and its odometry goes on as if nothing had happened."""
+    goal = lap.other if rng.random() < 0.5 else lap.clear
+    return Staged(_carried(rng, lap.clear, goal), _SETTLED)
 
 
 def carried_in_the_dark(rng: np.random.Generator, lap: Lap) -> Staged:
     """Its lens is covered for ten seconds, and in the middle of them it is carried away."""
     half = _frames(lap.clear, CARRIED_S / 2)
-    ride = _carried(rng, lap.clear, after=_SETTLED + half)
+    ride = _carried(rng, lap.clear, lap.clear, _SETTLED + half)
     return _veiled(ride, CARRIED_S, [lap.dark] * len(ride))
 
 
@@ -138,13 +143,13 @@ def _anywhere(rng: np.random.Generator, ride: Ride, frames: int) -> Ride:
     return around(ride, int(rng.integers(len(ride))), frames)
 
 
-def _carried(rng: np.random.Generator, ride: Ride, after: int = _SETTLED) -> Ride:
-    """Two parts of a lap that are apart, with an odometry that knows nothing of the way between."""
+def _carried(rng: np.random.Generator, ride: Ride, goal: Ride, after: int = _SETTLED) -> Ride:
+    """Two parts of laps that are apart, with an odometry that knows nothing of the way between."""
     start = int(rng.integers(len(ride)))
-    truth = Trajectory.of(ride.infos, "reference").xy_m
-    away = np.linalg.norm(truth - truth[(start + after) % len(ride)], axis=1) > _AWAY_M
-    goal = int(rng.choice(np.flatnonzero(away))) if away.any() else 0
-    first, then = around(ride, start, after), around(ride, goal, _AFTER)
+    first = around(ride, start, after)
+    left = Trajectory.of(first.infos[-1:], "reference").xy_m
+    away = np.linalg.norm(Trajectory.of(goal.infos, "reference").xy_m - left, axis=1) > _AWAY_M
+    then = around(goal, int(rng.choice(np.flatnonzero(away))) if away.any() else 0, _AFTER)
     steps = np.concatenate([first.steps(), np.zeros((1, 3)), then.steps()[1:]])
     later_s = first.infos[-1].timestamp_s + _wait_s(ride) - then.infos[0].timestamp_s
     moved = (replace(one, index=one.index + after, timestamp_s=one.timestamp_s + later_s) for one in then.infos)

@@ -15,7 +15,7 @@ from andante.evaluation.experiments.followers import TRACKERS, Follow
 from andante.evaluation.experiments.long_term import permutations
 from andante.evaluation.experiments.outcome import Cell, Outcome, Table
 from andante.evaluation.experiments.plans import Scale
-from andante.evaluation.experiments.rides import covered, overexposed, sensed
+from andante.evaluation.experiments.rides import Ride, covered, overexposed, sensed
 from andante.evaluation.experiments.scenarios import SCENARIOS, Lap, Scenario, Staged, unknown_start
 from andante.evaluation.experiments.told import Told
 from andante.evaluation.experiments.tracking import learned, mapped_sizes
@@ -44,8 +44,8 @@ _NOTES = (
 )
 
 
-_Split = tuple[tuple[str, ...], str]
-"""The sessions that are mapped, and the one that is not."""
+_Split = tuple[tuple[str, ...], str, str]
+"""The sessions that are mapped, one that is not, and another one, or the same where all others are mapped."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,7 @@ def run_stress(bench: Bench, seed: int, scale: Scale) -> Outcome:
     names = [session.name for session in bench.plan.sessions]
     orders = permutations(names, min(_MAPS, scale.permutations), seed)
     sizes = mapped_sizes(len(names))[1:]
-    found = {size: _at_size(bench, [(order[:size], order[size]) for order in orders], seed, scale) for size in sizes}
+    found = {size: _at_size(bench, [_split(order, size) for order in orders], seed, scale) for size in sizes}
     tables = tuple(
         Table(f"{size} mapped, {name}, {scale.runs} runs each", _COLUMNS, _rows(by_filter[name]))
         for size, by_filter in found.items()
@@ -152,13 +152,17 @@ def ran(follow: Follow, slowmap: SlowMap, what: Staged, seed: int) -> Ran:
     return Ran(frames, ok, int(told.confident_and_wrong.sum()), frames_to_settle(told.settled, what.since), left)
 
 
+def _split(order: tuple[str, ...], size: int) -> _Split:
+    return order[:size], order[size], order[min(size + 1, len(order) - 1)]
+
+
 def _at_size(bench: Bench, splits: Sequence[_Split], seed: int, scale: Scale) -> dict[str, dict[str, list[Ran]]]:
     """By filter and scenario, one for each run; runs take the splits in turn."""
     grounds: dict[int, Ground] = {}
 
     def ground(number: int) -> Ground:
         if number not in grounds:
-            grounds[number] = _ground(bench, *splits[number], seed)
+            grounds[number] = _ground(bench, splits[number], seed)
         return grounds[number]
 
     found: dict[str, dict[str, list[Ran]]] = {name: {} for name in TRACKERS}
@@ -181,18 +185,26 @@ def _at_size(bench: Bench, splits: Sequence[_Split], seed: int, scale: Scale) ->
     return found
 
 
-def _ground(bench: Bench, train: Sequence[str], test: str, seed: int) -> Ground:
+def _ground(bench: Bench, split: _Split, seed: int) -> Ground:
+    train, test, other = split
     slowmap, recording = learned(bench, train), bench.recording(test)
     worse = spoiled(slowmap, np.random.default_rng([seed, _STRESS]))
-    other = bench.beside(with_moved_objects(bench.plan, test))
-    moved = other.recording(other.plan.sessions[0].name)
-    return Ground(slowmap, _lap(slowmap, recording), _lap(slowmap, moved), worse, _lap(worse, recording))
+    changed = bench.beside(with_moved_objects(bench.plan, test))
+    moved = changed.recording(changed.plan.sessions[0].name)
+    elsewhere = sensed(slowmap, bench.recording(other))
+    return Ground(
+        slowmap,
+        lap=_lap(slowmap, recording, elsewhere),
+        moved=_lap(slowmap, moved, elsewhere),
+        spoiled=worse,
+        lap_on_spoiled=_lap(worse, recording, elsewhere),
+    )
 
 
-def _lap(slowmap: SlowMap, recording: Recording) -> Lap:
+def _lap(slowmap: SlowMap, recording: Recording, other: Ride) -> Lap:
     dark = evidence_of(slowmap.for_recording(recording), covered(recording.load(recording.infos[0])))
     burnt = sensed(slowmap, recording, through=overexposed)
-    return Lap(sensed(slowmap, recording), burnt.evidence, dark)
+    return Lap(sensed(slowmap, recording), burnt.evidence, dark, other)
 
 
 def _key(
@@ -203,7 +215,7 @@ def _key(
         "filter": name,
         "runs": scale.runs,
         "seed": seed,
-        "splits": [[*map(bench.plan.fingerprint, train), bench.plan.fingerprint(test)] for train, test in splits],
+        "splits": [list(map(bench.plan.fingerprint, (*train, test, other))) for train, test, other in splits],
         "contender": ANDANTE.key,
         "code": code_hash(tracking=True),
     }
