@@ -56,3 +56,28 @@ def test_short_or_cut_trails_tell_nothing():
 def test_a_robot_at_rest_adds_nothing():
     trail, here, _ = walked([Step(0.2)] * 10, 0.5, np.zeros(2))
     assert trail.with_place(*(here + 0.01).tolist()) is trail
+
+
+def test_images_that_slide_along_another_way_do_not_fit():
+    straight, _, _ = walked([Step(0.2)] * 8, 0.5, np.zeros(2))
+    assert straight.misfit_m == pytest.approx(0, abs=1e-9)
+    assert straight.begun_anew().misfit_m == 0
+    bent = Trail.empty()
+    for n in range(8):
+        bent = bent.moved(Step(0.2)).with_place(0.2 * min(n, 4), 0.0)
+    assert bent.misfit_m > 0.15
+    assert Trail.empty().misfit_m == 0
+
+
+def test_the_misfit_is_the_smallest_over_all_turns():
+    rng = np.random.default_rng(0)
+    trail, way, seen = Trail.empty(), [], []
+    for turn in rng.normal(0, 0.4, 6):
+        trail = trail.moved(Step(0.2, 0.0, turn))
+        way.append(complex(trail.pose.x_m, trail.pose.y_m))
+        seen.append(way[-1] * np.exp(0.7j) + complex(*rng.normal(0, 0.1, 2)))
+        trail = trail.with_place(seen[-1].real, seen[-1].imag)
+    way, seen = np.array(way) - np.mean(way), np.array(seen) - np.mean(seen)
+    turns = np.exp(1j * np.linspace(-np.pi, np.pi, 20_000))
+    slow = np.sqrt((np.abs(seen - turns[:, None] * way) ** 2).mean(axis=1)).min()
+    assert trail.misfit_m == pytest.approx(slow, abs=1e-6)
