@@ -88,6 +88,8 @@ class Judge:
         judge = replace(self, off_map=self._off_map_run(testimony))
         if self._long_unconfirmed(config):  # one image in a wide prediction proves little
             judge = replace(judge, points=min(judge.points, max(config.trusted_points - 3, 1)))
+        if belief is not None and belief.misfit_m > config.misfit_m:
+            judge = replace(judge, points=min(judge.points, max(config.trusted_points - 3, 1)))
         if belief is not None and belief.moved_m > config.far_m:  # it went over to another place
             judge = replace(judge, points=min(judge.points, 1), fresh_m=0.0)
         if testimony.opinion == "agrees":
