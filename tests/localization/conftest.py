@@ -26,7 +26,7 @@ class World:
 
     headings: bool = False
     sigma_m: float = 0.04
-    waves: np.ndarray = field(default_factory=lambda: np.random.default_rng(3).normal(0, 1.5, (2, 40)))
+    waves: np.ndarray = field(default_factory=lambda: np.random.default_rng(3).normal(0, 1.0, (2, 40)))
     phases: np.ndarray = field(default_factory=lambda: np.random.default_rng(4).uniform(0, 6.28, 40))
 
     def loop(self, n: int = 200, start: int = 0) -> np.ndarray:

@@ -14,6 +14,7 @@ from andante.data import FloatArray
 _THIN = 0.002
 """Cells with a smaller share of the weight join no others."""
 _MAX_CELLS = 300
+MAX_CLUSTERS = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +28,7 @@ class Cluster:
 
 
 def clusters_of(pose: FloatArray, weight: FloatArray, cell_m: float) -> list[Cluster]:
-    """Particles (n, 3) with weights (n,) summing to one -> clusters, the one with the largest share first.
+    """Particles (n, 3) with weights (n,) summing to one -> up to eight clusters, the one with the largest share first.
 
     Cells that touch belong together; particles in cells with hardly any weight belong to none.
     """
@@ -44,7 +45,7 @@ def clusters_of(pose: FloatArray, weight: FloatArray, cell_m: float) -> list[Clu
     of_cell[thick] = label
     of_particle = of_cell[inverse]
     share = np.bincount(label, mass[thick], count)
-    return [_cluster(pose, weight, of_particle == one) for one in np.argsort(-share, kind="stable")]
+    return [_cluster(pose, weight, of_particle == one) for one in np.argsort(-share, kind="stable")[:MAX_CLUSTERS]]
 
 
 def _cluster(pose: FloatArray, weight: FloatArray, member: NDArray[np.bool_]) -> Cluster:

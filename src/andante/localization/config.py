@@ -80,8 +80,11 @@ class JudgeConfig(_Frozen):
 
     Images that agree with the prediction, each a little way (``fresh_m``) after the one before, earn a point, others
     that disagree cost one. Ok begins at ``trusted_points`` with a radius of at most ``ok_radius_m``; a pose is lost at
-    zero points or beyond ``lost_radius_m``. Without confirmation ok lasts for ``unconfirmed_m`` of way and
-    ``unconfirmed_s``. Rivals with more than ``rival_share`` of the weight make it degraded.
+    zero points or beyond ``lost_radius_m``. Without an image that is sure, ok lasts for ``unconfirmed_m`` of way and
+    ``unconfirmed_s``. It ends where rivals have more than ``rival_share`` of the weight, where images lie more than
+    ``misfit_m`` off the shape of the way, and where fewer than ``agreement`` of them agree. ``gate`` (with ``slack_m``
+    and ``slack_rad`` for what neither knows) is the squared Mahalanobis distance up to which an image agrees; what is
+    ``far_m`` away is another place.
     """
 
     trusted_points: Annotated[int, Field(ge=1)] = 4
@@ -96,6 +99,8 @@ class JudgeConfig(_Frozen):
     slack_m: _Positive = 0.1
     slack_rad: _Positive = 0.1
     far_m: _Positive = 0.7
+    misfit_m: _Positive = 0.22
+    agreement: _Share = 0.6
 
 
 class FaultConfig(_Frozen):

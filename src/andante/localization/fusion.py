@@ -77,6 +77,8 @@ class FusingTracker:
         self._filter.correct(seen, memory.trail, doubt=doubt)
         belief = _with_images(self._filter.belief, memory)
         judge = memory.judge.heard(testimony, belief, self._config.judge)
+        if belief is not None and belief.moved_m > self._config.judge.far_m:
+            memory = replace(memory, trail=memory.trail.begun_anew())
         self._memory = replace(memory, judge=judge)
         self._estimate = self._told(*judge.status(belief, testimony, self._config.judge), belief)
         return self._estimate
@@ -138,7 +140,7 @@ class FusingTracker:
             else:
                 memory = replace(memory, image_news=Novelty(0.0, 0.0))
             if one.trusted:
-                memory = replace(memory, trail=memory.trail.with_place(*one.xy[0].tolist()))
+                memory = replace(memory, trail=memory.trail.with_place(*one.xy[0].tolist(), agreed=opinion == "agrees"))
             if opinion == "agrees" and predicted is not None:
                 strain = float(np.hypot(*(one.xy[0] - predicted.mean[:2])))
                 memory = replace(memory, strain_m=memory.strain_m + _STRAIN_GAIN * (strain - memory.strain_m))
@@ -197,14 +199,22 @@ def _with_radius(memory: Memory, evidence: Evidence | None) -> Memory:
 
 
 def _with_images(belief: Belief | None, memory: Memory) -> Belief | None:
-    """Images err alike for long, so a filter is hardly more exact than they are, whatever its particles say.
+    """What is believed in the light of the last images.
+
+    Images err alike for long, so a filter is hardly more exact than they are, whatever its particles say.
 
     Nor is it where images keep pulling it away from where odometry leads, as when wheels slip.
     """
     if belief is None:
         return None
     radius = max(belief.radius_m, _RADIUS_SHARE * memory.image_radius_m, _STRAIN_RADII * memory.strain_m)
-    return replace(belief, radius_m=radius, image_radius_m=memory.image_radius_m)
+    return replace(
+        belief,
+        radius_m=radius,
+        image_radius_m=memory.image_radius_m,
+        misfit_m=memory.trail.misfit_m,
+        agreement=memory.fast,
+    )
 
 
 def _testimony(

@@ -26,7 +26,8 @@ class Belief:
 
     ``radius_m`` holds 90 % of it, ``core_radius_m`` 90 % of its best cluster, ``share`` is the weight of that cluster;
     ``moved_m`` is how far it is from where the one before was to be, ``rivals`` says where else the robot may be.
-    ``image_radius_m`` is what images that name a pose have of late.
+    ``image_radius_m`` is what images that name a pose have of late, ``misfit_m`` how badly they fit the way
+    and ``agreement`` how many of them agreed with the prediction.
     """
 
     radius_m: float
@@ -35,6 +36,8 @@ class Belief:
     moved_m: float
     rivals: str = ""
     image_radius_m: float = 0.0
+    misfit_m: float = 0.0
+    agreement: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +88,8 @@ class Judge:
         judge = replace(self, off_map=self._off_map_run(testimony))
         if self._long_unconfirmed(config):  # one image in a wide prediction proves little
             judge = replace(judge, points=min(judge.points, max(config.trusted_points - 3, 1)))
+        if belief is not None and belief.misfit_m > config.misfit_m:
+            judge = replace(judge, points=min(judge.points, max(config.trusted_points - 3, 1)))
         if belief is not None and belief.moved_m > config.far_m:  # it went over to another place
             judge = replace(judge, points=min(judge.points, 1), fresh_m=0.0)
         if testimony.opinion == "agrees":
@@ -121,6 +126,8 @@ class Judge:
             and self.off_map == 0
             and self.points >= config.trusted_points - (1 if self.ok else 0)
             and belief.radius_m <= config.ok_radius_m * (1.2 if self.ok else 1.0)
+            and belief.misfit_m <= config.misfit_m * (1.0 if self.ok else 0.8)
+            and belief.agreement >= config.agreement
             and 1 - belief.share <= config.rival_share * (1.0 if self.ok else 0.5)
             and not self._long_unconfirmed(config)
         )
@@ -145,14 +152,19 @@ class Judge:
         return f"no image that is sure confirmed it for {self.since_m:.1f} m and {self.since_s:.0f} s ({testimony.why})"
 
     def _doubt(self, belief: Belief, testimony: Testimony, config: JudgeConfig) -> str:
-        if self.contradicted:
-            return f"{testimony.why}" if testimony.opinion == "contradicts" else "the last image contradicts odometry"
-        if self.off_map:
-            return f"the image looks like no mapped place: {testimony.why}"
-        if 1 - belief.share > config.rival_share / 2:
-            return f"it may be elsewhere: {belief.rivals}"
-        if self._long_unconfirmed(config):
-            return self._unconfirmed(testimony)
-        if belief.radius_m > config.ok_radius_m:
-            return f"within {belief.radius_m:.1f} m, ok is {config.ok_radius_m:.1f} m"
-        return f"{self.points} of {config.trusted_points} images along the way agree with odometry so far"
+        """The gravest of what keeps the pose from being ok."""
+        now = testimony.opinion == "contradicts"
+        doubts = (
+            (self.contradicted > 0, testimony.why if now else "the last image contradicts odometry"),
+            (self.off_map > 0, f"the image looks like no mapped place: {testimony.why}"),
+            (1 - belief.share > config.rival_share / 2, f"it may be elsewhere: {belief.rivals}"),
+            (
+                belief.misfit_m > 0.8 * config.misfit_m,
+                f"images lie {belief.misfit_m:.2f} m off the way that odometry tells; is this off the mapped paths?",
+            ),
+            (belief.agreement < config.agreement, "images and odometry disagree too often"),
+            (self._long_unconfirmed(config), self._unconfirmed(testimony)),
+            (belief.radius_m > config.ok_radius_m, f"within {belief.radius_m:.1f} m, ok is {config.ok_radius_m:.1f} m"),
+        )
+        few = f"{self.points} of {config.trusted_points} images along the way agree with odometry so far"
+        return next((doubt for holds, doubt in doubts if holds), few)

@@ -20,6 +20,8 @@ from andante.localization.trail import Trail
 
 _ANY_HEADING_RAD2 = math.pi**2 / 3
 """The variance of a heading of which nothing is known."""
+_SLIP_VARIANCE = 1 / 12
+"""Of wheels that turn half as far as the robot goes, or half as far again, or anything between."""
 _DRIFT_M, _DRIFT_S = 10.0, 20.0
 """How long a constant error of wheels and gyro goes on before images have taken it out."""
 
@@ -142,7 +144,7 @@ def moved(gauss: Gauss, step: Step, config: MotionConfig) -> Gauss:
     mean += dx, dy, step.turn_rad
     mean[2] = math.remainder(mean[2], 2 * math.pi)
     by_pose = np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]])
-    slip = config.slip_share * 0.5 * step.way_m**2
+    slip = config.slip_share * _SLIP_VARIANCE * step.way_m**2
     along = config.wheel_m**2 * step.way_m + (_DRIFT_M * config.scale**2) * step.way_m + slip
     turn = (
         config.turn_rad**2 * (abs(step.turn_rad) + 0.1 * step.way_m) + _DRIFT_S * config.gyro_rad_s**2 * step.duration_s

@@ -18,7 +18,7 @@ class Memory:
 
     ``good`` and ``last`` (k,) are slow features of the last image that did not jump and of the last one. ``fast`` and
     ``slow`` are running means of how often images agree with the prediction (augmented MCL, theory 8),
-    ``image_radius_m`` is that of the radii they come with and ``strain_m`` that of how far they are from the prediction.
+    ``image_radius_m`` is that of the radii they come with, ``strain_m`` that of how far they are from the prediction.
     """
 
     odometer: Odometer = field(default_factory=Odometer)

@@ -18,7 +18,6 @@ from andante.localization.motion import Step
 from andante.localization.particles import Cloud
 from andante.localization.trail import Trail
 
-_MAX_HYPOTHESES = 8
 _CORE_SHARE = 0.35
 
 
@@ -51,8 +50,7 @@ class ParticleFilter:
     @property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
         """All places, best first."""
-        some = self._clusters[:_MAX_HYPOTHESES]
-        total = sum(one.share for one in some)
+        total = sum(one.share for one in self._clusters)
         return tuple(
             Hypothesis(
                 float(one.mean[0]),
@@ -60,7 +58,7 @@ class ParticleFilter:
                 one.share / total,
                 float(one.mean[2]) if one.covariance[2, 2] < UNKNOWN_HEADING_RAD2 else None,
             )
-            for one in some
+            for one in self._clusters
         )
 
     def move(self, step: Step) -> None:

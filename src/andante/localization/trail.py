@@ -14,13 +14,17 @@ import numpy as np
 from andante.data import FloatArray, Pose2D
 from andante.localization.motion import Step
 
-_ROWS = 24
+_ROWS, _SPACING_M, _REACH_M = 24, 0.06, 1.5
 _LEAST_M, _SLACK_M, _SLACK_SHARE, _AGREED_RAD = 0.3, 0.15, 0.1, 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class Trail:
-    """``pose`` by odometry alone, in a frame of its own; ``rows`` (24, 4), newest first: x, y there and in the map."""
+    """``pose`` by odometry alone, in a frame of its own, and the newest images along it.
+
+    ``rows`` (24, 5), newest first: x and y there, x and y in the map, and one where the image agreed with the
+    prediction, else zero.
+    """
 
     pose: Pose2D
     rows: FloatArray
@@ -28,18 +32,38 @@ class Trail:
     @classmethod
     def empty(cls) -> Trail:
         """At the beginning."""
-        return cls(Pose2D(0.0, 0.0, 0.0), np.full((_ROWS, 4), np.nan))
+        return cls(Pose2D(0.0, 0.0, 0.0), np.full((_ROWS, 5), np.nan))
 
     def moved(self, step: Step) -> Trail:
         """After a step; one of unknown length cuts the trail."""
         return replace(self, pose=step.after(self.pose)) if step.known else Trail.empty()
 
-    def with_place(self, x_m: float, y_m: float) -> Trail:
+    def with_place(self, x_m: float, y_m: float, *, agreed: bool = True) -> Trail:
         """After an image that names a place, unless the last one is from here."""
-        row = np.array([self.pose.x_m, self.pose.y_m, x_m, y_m])
-        if np.hypot(*(row[:2] - self.rows[0, :2])) < 0.02:
+        row = np.array([self.pose.x_m, self.pose.y_m, x_m, y_m, float(agreed)])
+        if np.hypot(*(row[:2] - self.rows[0, :2])) < _SPACING_M:
             return self
         return replace(self, rows=np.vstack([row, self.rows[:-1]]))
+
+    def begun_anew(self) -> Trail:
+        """After the robot turned out to be elsewhere: what agreed before says nothing any more."""
+        return replace(self, rows=self.rows * [1.0, 1.0, 1.0, 1.0, 0.0])
+
+    @property
+    def misfit_m(self) -> float:
+        """How far images that agreed lie from the way of the last metre and a half, laid over them as well as it fits.
+
+        The root mean square after the best turn and shift (Umeyama 1991, without scale); zero for fewer than four.
+        """
+        way = self.rows[:, 0] + 1j * self.rows[:, 1]
+        near = (np.abs(way - complex(self.pose.x_m, self.pose.y_m)) < _REACH_M) & (self.rows[:, 4] > 0)
+        if near.sum() < 4:
+            return 0.0
+        way, seen = way[near], self.rows[near, 2] + 1j * self.rows[near, 3]
+        way, seen = way - way.mean(), seen - seen.mean()
+        turn = np.vdot(way, seen)
+        turn = turn / abs(turn) if abs(turn) > 0 else 1.0
+        return float(np.sqrt(np.mean(np.abs(seen - turn * way) ** 2)))
 
     def headings(self, xy: FloatArray, rng: np.random.Generator) -> FloatArray:
         """A heading for each of some places (n, 2) of the robot now: what the way tells, else any."""
@@ -67,8 +91,8 @@ class Trail:
         return bool((np.abs(way - seen) < _SLACK_M + _SLACK_SHARE * way).all())
 
     def _told(self, rows: FloatArray, xy: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Headings by rows (n, 4) for places (n, 2) or (2,), NaN where a row does not tell, and how long the way is."""
-        way, seen = np.array([self.pose.x_m, self.pose.y_m]) - rows[:, :2], xy - rows[:, 2:]
+        """Headings by rows (n, 5) for places (n, 2) or (2,), NaN where a row does not tell, and how long the way is."""
+        way, seen = np.array([self.pose.x_m, self.pose.y_m]) - rows[:, :2], xy - rows[:, 2:4]
         length, apart = np.hypot(*way.T), np.hypot(*seen.T)
         tells = (length > _LEAST_M) & (np.abs(length - apart) < _SLACK_M + _SLACK_SHARE * length)
         turn = np.arctan2(seen[:, 1], seen[:, 0]) - np.arctan2(way[:, 1], way[:, 0])
