@@ -36,8 +36,8 @@ _ROWS = {
     "ok and > 1 m off [%]": "confident_wrong_share",
     "frames to settle": "recovery_frames",
     "worst outage [frames]": "recovery_worst_frames",
-    "ms/image": "ms_per_image",
-    "ms in the filter": "ms_filter",
+    "ms after decoding": "ms_localize",
+    "ms of it in the filter": "ms_filter",
 }
 _SHARES = {"share_over_1m", "lost_share", "coverage_90", "confident_wrong_share"}
 
@@ -87,12 +87,19 @@ def command(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Follow a robot through a recording: a pose, its 90 % radius and a status for every frame.
+    """Follow a robot through a recording: a pose, its 90 % radius and a status a frame.
 
-    Odometry (odom_x_m, odom_y_m, odom_heading_rad in frames.csv) may drift, jump and begin anywhere, only its steps are
-    used; without any the images are alone. The statuses: ok, the pose is confirmed; degraded, it is likely but not
-    confirmed; lost, it is unknown where on the map; off_map, nothing looks like a mapped place. Lost and off_map carry
-    no pose. With reference poses (x_m, y_m, heading_rad) errors are told, beside those of every single image.
+    Of odometry (odom_x_m, odom_y_m, odom_heading_rad) only the steps count.
+
+    Without any the images are alone. The statuses, with a reason in words:
+
+    ok: images along the way confirm the pose, a robot may drive by it.
+
+    degraded: a likely pose, not confirmed, or not for a while.
+
+    lost: nobody knows where on the map. off_map: nothing looks mapped.
+
+    Both come without a pose. Reference poses (x_m, y_m) tell the errors.
     """
     from andante.evaluation import track, write_csv, write_track_report, write_tum
     from andante.mapping import SlowMap

@@ -12,7 +12,8 @@ from andante.evaluation.figures import WRONG_M, best_guess, truth_of
 from andante.evaluation.plots import INK, STATUS_COLOURS, STYLE, new_figure, svg
 from andante.evaluation.status_plots import statuses_of
 
-_ELLIPSES = 60  # more would hide the way
+_ELLIPSES = 40  # more, or larger ones, would hide the way
+_LARGEST_M = 3.0
 _CHI_SQUARE_90 = 4.605  # 90 % of a Gaussian in the plane lies within the root of this many deviations
 
 
@@ -35,7 +36,9 @@ def way(scored: Scored, references: FloatArray) -> str | None:
         if np.isfinite(truth).any():
             axes.plot(*truth.T, "-", color=INK, lw=0.9, label="truth")
         wrong = posed & (scored.errors > WRONG_M)
-        axes.add_collection(LineCollection(list(np.stack([truth[wrong], guess[wrong]], axis=1)), lw=0.6, color=INK))
+        axes.add_collection(
+            LineCollection(list(np.stack([truth[wrong], guess[wrong]], axis=1)), lw=0.4, color=INK, alpha=0.6)
+        )
         for status in (Status.DEGRADED, Status.OK):
             chosen = posed & (statuses == str(status))
             if chosen.any():
@@ -72,12 +75,13 @@ def ellipse_axes(estimate: Estimate) -> tuple[float, float, float] | None:
 
 
 def _ellipses(estimates: list[Estimate], colour: str, data: mpl.transforms.Transform) -> EllipseCollection:
-    """Of frames spread evenly over those given."""
+    """Of frames spread evenly over those given, but for radii of more than 3 m."""
     every = max(1, len(estimates) // _ELLIPSES)
-    drawn = [(one, shape) for one in estimates[::every] if (shape := ellipse_axes(one)) is not None]
+    shapes_of = ((one, ellipse_axes(one)) for one in estimates[::every])
+    drawn = [(one, shape) for one, shape in shapes_of if shape is not None and shape[0] <= _LARGEST_M]
     shapes = np.array([shape for _, shape in drawn]).reshape(-1, 3)
     centres = np.array([best_guess(one, "m") for one, _ in drawn]).reshape(-1, 2)
     return EllipseCollection(
         2 * shapes[:, 0], 2 * shapes[:, 1], np.degrees(shapes[:, 2]),
-        units="xy", offsets=centres, offset_transform=data, facecolors=colour, edgecolors=colour, alpha=0.25, lw=0.5,
+        units="xy", offsets=centres, offset_transform=data, facecolors=colour, edgecolors=colour, alpha=0.18, lw=0.5,
     )  # fmt: skip

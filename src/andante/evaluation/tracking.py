@@ -19,7 +19,7 @@ class TrackedRun:
     """One pass over a recording: ``track`` has every frame, ``single`` those whose picture could be read.
 
     ``filter_s`` are the seconds in ``fuse`` of every frame of the track; those of its frames themselves count seeing as
-    well.
+    well. The wall time is that of the pass for both, because seeing and fusing go on at the same time.
     """
 
     track: Run
@@ -60,8 +60,7 @@ def run_tracker(
             skips.tell(len(singles))
         tracked = fusion.finished()
     wall_s, skipped = time.perf_counter() - start, tuple(skips.seen)
-    single = Run(tuple(singles), skipped, wall_s - sum(fusion.filter_s))
-    return TrackedRun(Run(tracked, skipped, wall_s), single, tuple(fusion.filter_s))
+    return TrackedRun(Run(tracked, skipped, wall_s), Run(tuple(singles), skipped, wall_s), tuple(fusion.filter_s))
 
 
 class _Fusion:
