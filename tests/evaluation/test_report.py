@@ -45,6 +45,14 @@ def test_it_shows_plots_worst_frames_and_the_table(text, compared, page_of):
     assert "36 frames with truth of 40" in text
 
 
+def test_headings_are_shown_where_the_map_knows_some(compared, slowmap, tmp_path, text):
+    assert "heading error" not in text
+    headed = replace(compared.map, figures=replace(compared.figures, heading_median_deg=1.26))
+    page = write_report(replace(compared, map=headed), tmp_path, slowmap).read_text(encoding="utf-8")
+    row = page.split("median heading error, °</th>")[1].split("</tr>")[0]
+    assert re.findall(r">([^<]+)</td>", row) == ["1.3", *"–" * len(compared.baselines)]
+
+
 def test_text_of_others_is_escaped(text):
     assert "<script" not in text
     assert "&lt;script&gt;alert(&#39;$x^2$&#39;)&lt;/script&gt; &amp; &#34;garden&#34;" in text

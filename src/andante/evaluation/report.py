@@ -145,7 +145,7 @@ def _tiles(figures: Figures) -> list[tuple[str, str]]:
 def _table(evaluation: Evaluation) -> dict[str, list[str]]:
     """Rows of the comparison: title -> the texts of all localizers."""
     columns = [_texts(one.figures) for one in (evaluation.map, *evaluation.others)]
-    return {title: [texts[title] for texts in columns] for title in columns[0]}
+    return {title: [texts.get(title, _NOTHING) for texts in columns] for title in columns[0]}
 
 
 def _plots(evaluation: Evaluation, slowmap: SlowMap) -> list[dict[str, str]]:
