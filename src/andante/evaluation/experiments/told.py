@@ -15,7 +15,7 @@ from andante.evaluation.figures import WRONG_M, best_guess, best_heading
 
 TOLD_COLUMNS = (
     *("mean [m]", "median [m]", "95 % [m]", "max [m]", "> 1 m [%]"),
-    *("heading median [°]", "heading 95 % [°]", "in 90 % radius [%]", "answered [%]", "ok and > 1 m [%]"),
+    *("heading [°]", "its 95 % [°]", "in radius [%]", "answered [%]", "ok, > 1 m [%]"),
 )
 """Of ``Told.cells``."""
 _DECIMALS = 4
