@@ -23,7 +23,7 @@ def frames(poses):
 def steps(infos, config=CONFIG):
     odometer, out = Odometer(), []
     for info in infos:
-        odometer, step = odometer.advance(info, config)
+        odometer, step = odometer.take(info, config)
         out.append(step)
     return out
 
@@ -83,10 +83,33 @@ def test_without_headings_the_direction_of_travel_stands_in(heading):
     assert (still.way_m, still.turn_rad) == (0, 0)
 
 
-@pytest.mark.parametrize(
-    ("time", "order"), [(1.1, "next"), (1.0, "repeated"), (0.9, "old"), (np.nan, "old"), (np.inf, "old")]
-)
-def test_the_order_of_frames(time, order):
-    odometer, _ = Odometer().advance(FrameInfo(0, "", 1.0), CONFIG)
-    assert odometer.order(FrameInfo(1, "", time)) == order
-    assert Odometer().order(FrameInfo(0, "", 1.0)) == "first"
+@pytest.mark.parametrize("time", [1.0, 0.9, np.nan, np.inf])
+def test_frames_that_are_old_or_repeated_are_no_step(time):
+    odometer, _ = Odometer().take(FrameInfo(0, "", 1.0, odometry=Pose2D(0, 0, 0)), CONFIG)
+    after, step = odometer.take(FrameInfo(1, "", time, odometry=Pose2D(0.1, 0, 0)), CONFIG)
+    assert step is None
+    assert after.odometry == odometer.odometry
+    assert Odometer().take(FrameInfo(0, "", np.nan), CONFIG) == (Odometer(), None)
+
+
+def test_a_clock_that_is_set_back_is_followed_but_not_at_once():
+    odometer, _ = Odometer().take(FrameInfo(0, "", 5000.0, odometry=Pose2D(0, 0, 0)), CONFIG)
+    taken = []
+    for info in frames([Pose2D(0.1 * n, 0, 0) for n in range(30)]):
+        odometer, step = odometer.take(info, CONFIG)
+        taken.append(step)
+    assert taken[:19] == [None] * 19
+    assert not taken[19].known
+    assert taken[19].note == "the clock was set back"
+    assert all(step.forward_m == pytest.approx(0.1) for step in taken[20:])
+
+
+def test_latecomers_do_not_set_the_clock_back():
+    odometer = Odometer()
+    for n in range(200):
+        for time in (0.2 * n, 0.2 * n - 1.0):
+            odometer, step = odometer.take(FrameInfo(n, "", time), CONFIG)
+    assert odometer.timestamp_s == pytest.approx(39.8)
+    for _ in range(40):  # nor does one that comes again and again
+        odometer, step = odometer.take(FrameInfo(0, "", 3.0), CONFIG)
+        assert step is None

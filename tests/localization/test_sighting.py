@@ -113,6 +113,17 @@ def test_at_rest_an_image_is_news_only_where_the_prediction_is_wide():
     assert (first.sharpness, first.decision) == (1, 1)
 
 
+def test_a_heading_is_news_at_rest_where_none_is_known():
+    sighting = sighting_of_image(image(Hypothesis(0, 0, 1.0), heading=1.0, variance=0.01), CONFIG)
+
+    def decision(turn):
+        news = Novelty(0.0, 0.0).weighted(sighting, gauss(turn=turn), CONFIG, contradicts=False)
+        return news.decision
+
+    assert decision(3.0) == pytest.approx(1.0, abs=0.01)
+    assert decision(0.005) == 0
+
+
 def test_the_wider_the_prediction_the_lower_the_floor():
     news = Novelty(0.1, 0.0)
     floors = [weighted(news, gauss(position=position)).floor for position in (0.001, 0.1, 1.0)]

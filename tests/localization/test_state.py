@@ -43,6 +43,17 @@ def test_one_that_is_resumed_never_stopped(world, kind, slowmap, tmp_path, stop)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["one", "other", "state"]
 
 
+def test_a_state_does_not_grow_with_the_drive(world, slowmap, tmp_path):
+    tracker, sizes = ParticleTracker(slowmap, FEW), []
+    poses = world.loop(600)
+    for n, (seen, info) in enumerate(zip(world.images(poses), world.infos(poses), strict=True)):
+        tracker.fuse(seen, info)
+        if n in (50, 599):
+            tracker.save(tmp_path / "state")
+            sizes.append((tmp_path / "state").stat().st_size)
+    assert sizes[1] < sizes[0] + 300  # digits of numbers come and go
+
+
 def test_states_of_others_are_refused(slowmap, other_map, tmp_path):
     ParticleTracker(slowmap, FEW).save(tmp_path / "state")
     for tracker, what in [

@@ -10,6 +10,7 @@ from andante.errors import ConfigError
 
 _Positive = Annotated[float, Field(gt=0)]
 _Share = Annotated[float, Field(ge=0, le=1)]
+_Floor = Annotated[float, Field(ge=1e-6, le=1)]
 
 
 class _Frozen(BaseModel):
@@ -62,10 +63,10 @@ class SightingConfig(_Frozen):
     pose, ``heading_sigma_rad`` that of headings that come without one.
     """
 
-    floor_ok: _Share = 0.02
-    floor_degraded: _Share = 0.1
-    floor_lost: _Share = 0.5
-    floor_off_map: _Share = 0.9
+    floor_ok: _Floor = 0.02
+    floor_degraded: _Floor = 0.1
+    floor_lost: _Floor = 0.5
+    floor_off_map: _Floor = 0.9
     correlation_m: _Positive = 0.8
     correlation_rad: _Positive = 2.0
     decision_m: _Positive = 0.2

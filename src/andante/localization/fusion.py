@@ -20,12 +20,9 @@ from andante.localization.memory import Memory
 from andante.localization.motion import Step
 from andante.localization.sighting import Sighting, sighting_of_fix, sighting_of_image
 from andante.localization.state import Owner, State, read_state, write_state
-from andante.localization.witness import Novelty, opinion_of
+from andante.localization.witness import opinion_of
 from andante.mapping.slow_map import SlowMap
 
-_FAST, _SLOW, _LEAST_SLOW = 0.3, 0.03, 0.5
-_RADIUS_GAIN, _RADIUS_SHARE = 0.1, 0.7
-_STRAIN_GAIN, _STRAIN_RADII = 0.3, 1.5
 _NO_PICTURE = "there is no picture"
 
 
@@ -65,17 +62,19 @@ class FusingTracker:
     def fuse(self, evidence: Evidence | None, info: FrameInfo, fix: Fix | None = None) -> Estimate:
         """The same from what ``see`` made of the image; ``None`` is no image, and odometry has to do.
 
-        A frame that is older than the newest one, or has its time stamp, changes nothing.
+        A frame that is older than the newest one, or has its time stamp, changes nothing and gives the estimate of that
+        one.
         """
-        memory = self._memory
-        if memory.odometer.order(info) in ("repeated", "old"):
+        odometer, step = self._memory.odometer.take(info, self._config.motion)
+        memory = replace(self._memory, odometer=odometer)
+        if step is None:
+            self._memory = memory
             return self._estimate
-        odometer, step = memory.odometer.advance(info, self._config.motion)
-        memory = self._moved(replace(memory, odometer=odometer), step)
+        self._filter.move(step)
+        memory = memory.moved(step, self._config.motion.walk_m * math.sqrt(step.duration_s))
         memory, seen, testimony = self._heard(memory, step, evidence, fix)
-        doubt = max(0.0, 1.0 - memory.fast / max(memory.slow, _LEAST_SLOW))
-        self._filter.correct(seen, memory.trail, doubt=doubt)
-        belief = _with_images(self._filter.belief, memory)
+        self._filter.correct(seen, memory.trail, doubt=memory.doubt)
+        belief = memory.informed(self._filter.belief)
         judge = memory.judge.heard(testimony, belief, self._config.judge)
         if belief is not None and belief.moved_m > self._config.judge.far_m:
             memory = replace(memory, trail=memory.trail.begun_anew())
@@ -109,19 +108,6 @@ class FusingTracker:
     def _new_filter(self) -> Filter:
         raise NotImplementedError
 
-    def _moved(self, memory: Memory, step: Step) -> Memory:
-        """Everything follows the step."""
-        walk = self._config.motion.walk_m * math.sqrt(step.duration_s)
-        self._filter.move(step)
-        return replace(
-            memory,
-            trail=memory.trail.moved(step),
-            pulse=memory.pulse.moved(step),
-            image_news=memory.image_news.moved(step, walk),
-            fix_news=memory.fix_news.moved(step, walk),
-            judge=memory.judge.moved(step, walk),
-        )
-
     def _heard(
         self, memory: Memory, step: Step, evidence: Evidence | None, fix: Fix | None
     ) -> tuple[Memory, list[Weighted], Testimony]:
@@ -132,20 +118,12 @@ class FusingTracker:
         opinions = {one: opinion_of(one, predicted, config.judge) for one in sightings}
         seen = []
         for one, (opinion, _) in opinions.items():
-            news = memory.fix_news if one.from_fix else memory.image_news
             elsewhere = opinion == "contradicts" or not one.trusted
-            seen.append(news.weighted(one, predicted, config.sighting, contradicts=elsewhere))
-            if one.from_fix:
-                memory = replace(memory, fix_news=Novelty(0.0, 0.0))
-            else:
-                memory = replace(memory, image_news=Novelty(0.0, 0.0))
-            if one.trusted:
-                memory = replace(memory, trail=memory.trail.with_place(*one.xy[0].tolist(), agreed=opinion == "agrees"))
-            if opinion == "agrees" and predicted is not None:
-                strain = float(np.hypot(*(one.xy[0] - predicted.mean[:2])))
-                memory = replace(memory, strain_m=memory.strain_m + _STRAIN_GAIN * (strain - memory.strain_m))
-        memory = _with_radius(memory, evidence)
-        return self._agreed(memory, opinions), seen, _testimony(evidence, heard, opinions, step)
+            seen.append(memory.news(one).weighted(one, predicted, config.sighting, contradicts=elsewhere))
+            memory = memory.with_sighting(one, opinion, predicted)
+        if evidence is not None:
+            memory = memory.with_radius(evidence.estimate)
+        return memory, seen, _testimony(evidence, heard, opinions, step)
 
     def _listened(self, memory: Memory, evidence: Evidence | None) -> tuple[Memory, Heard | None]:
         """Whether slow features moved slowly."""
@@ -160,14 +138,6 @@ class FusingTracker:
         if evidence is not None:
             image = sighting_of_image(evidence.estimate, self._config.sighting, faulty=faulty)
         return [one for one in (image, sighting_of_fix(fix)) if one is not None]
-
-    def _agreed(self, memory: Memory, opinions: dict[Sighting, tuple[Opinion, str]]) -> Memory:
-        for opinion, _ in opinions.values():
-            if opinion != "silent":
-                agrees = float(opinion == "agrees")
-                fast = memory.fast + _FAST * (agrees - memory.fast)
-                memory = replace(memory, fast=fast, slow=memory.slow + _SLOW * (agrees - memory.slow))
-        return memory
 
     def _told(self, status: Status, reason: str, belief: Belief | None) -> Estimate:
         best, hypotheses = self._filter.best, self._filter.hypotheses
@@ -187,34 +157,6 @@ class FusingTracker:
             belief.radius_m,
             hypotheses=hypotheses,
         )
-
-
-def _with_radius(memory: Memory, evidence: Evidence | None) -> Memory:
-    """With the radius of an image that names a pose in the running mean."""
-    radius = None if evidence is None else evidence.estimate.radius_m
-    if radius is None or not math.isfinite(radius):
-        return memory
-    known = memory.image_radius_m
-    return replace(memory, image_radius_m=radius if known == 0 else known + _RADIUS_GAIN * (radius - known))
-
-
-def _with_images(belief: Belief | None, memory: Memory) -> Belief | None:
-    """What is believed in the light of the last images.
-
-    Images err alike for long, so a filter is hardly more exact than they are, whatever its particles say.
-
-    Nor is it where images keep pulling it away from where odometry leads, as when wheels slip.
-    """
-    if belief is None:
-        return None
-    radius = max(belief.radius_m, _RADIUS_SHARE * memory.image_radius_m, _STRAIN_RADII * memory.strain_m)
-    return replace(
-        belief,
-        radius_m=radius,
-        image_radius_m=memory.image_radius_m,
-        misfit_m=memory.trail.misfit_m,
-        agreement=memory.fast,
-    )
 
 
 def _testimony(

@@ -80,15 +80,11 @@ class Judge:
             since_s=self.since_s + step.duration_s,
         )
 
-    def _long_unconfirmed(self, config: JudgeConfig) -> bool:
-        return self.since_m > config.unconfirmed_m or self.since_s > config.unconfirmed_s
-
     def heard(self, testimony: Testimony, belief: Belief | None, config: JudgeConfig) -> Judge:
         """After one frame's evidence was taken in."""
         judge = replace(self, off_map=self._off_map_run(testimony))
-        if self._long_unconfirmed(config):  # one image in a wide prediction proves little
-            judge = replace(judge, points=min(judge.points, max(config.trusted_points - 3, 1)))
-        if belief is not None and belief.misfit_m > config.misfit_m:
+        misfits = belief is not None and belief.misfit_m > config.misfit_m
+        if misfits or self._long_unconfirmed(config):  # one image that agrees by and by proves little
             judge = replace(judge, points=min(judge.points, max(config.trusted_points - 3, 1)))
         if belief is not None and belief.moved_m > config.far_m:  # it went over to another place
             judge = replace(judge, points=min(judge.points, 1), fresh_m=0.0)
@@ -109,7 +105,7 @@ class Judge:
         """How far the pose is believed, and why."""
         notes = "".join(f"; {note}" for note in testimony.notes)
         if belief is None:
-            return self._without_pose(), f"{self._nowhere(testimony)}{notes}"
+            return self._without_pose(), f"no image has named a place yet: {testimony.why}{notes}"
         if self.points == 0:
             return self._without_pose(), f"{self._lost(testimony)}{notes}"
         if belief.core_radius_m > max(config.lost_radius_m, _LOST_RADII * belief.image_radius_m):
@@ -132,6 +128,9 @@ class Judge:
             and not self._long_unconfirmed(config)
         )
 
+    def _long_unconfirmed(self, config: JudgeConfig) -> bool:
+        return self.since_m > config.unconfirmed_m or self.since_s > config.unconfirmed_s
+
     def _off_map_run(self, testimony: Testimony) -> int:
         if testimony.image is None:
             return self.off_map
@@ -140,12 +139,9 @@ class Judge:
     def _without_pose(self) -> Status:
         return Status.OFF_MAP if self.off_map >= _OFF_MAP_RUN else Status.LOST
 
-    def _nowhere(self, testimony: Testimony) -> str:
-        return f"no image has named a place yet: {testimony.why}"
-
     def _lost(self, testimony: Testimony) -> str:
         if self.contradicted:
-            return f"the last {self.contradicted} images contradict odometry and each other"
+            return f"the last {self.contradicted} images contradict odometry"
         return f"no image has been believed yet: {testimony.why}"
 
     def _unconfirmed(self, testimony: Testimony) -> str:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Literal
 
 from andante.data import FrameInfo, Pose2D
 from andante.localization.config import MotionConfig
 
-Order = Literal["first", "next", "repeated", "old"]
 _STANDING_M = 0.01
+_LATE, _SET_BACK_S = 20, 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,33 +47,43 @@ class Odometer:
     """The newest frame's time and odometry: all that has to be remembered to tell the next step.
 
     Where odometry has no headings, the direction of travel stands in for them: a robot without a compass is taken to
-    drive forwards.
+    drive forwards. ``late`` counts frames that came after newer ones, in a row and in order among themselves, and
+    ``late_s`` is the time of the last of them: twenty of them are no latecomers, the clock was set back.
     """
 
     timestamp_s: float | None = None
     odometry: Pose2D | None = None
+    late: int = 0
+    late_s: float = -math.inf
 
-    def order(self, info: FrameInfo) -> Order:
-        """Whether a frame comes after the newest one."""
-        if self.timestamp_s is None:
-            return "first"
-        if not math.isfinite(info.timestamp_s) or info.timestamp_s < self.timestamp_s:
-            return "old"
-        return "next" if info.timestamp_s > self.timestamp_s else "repeated"
-
-    def advance(self, info: FrameInfo, config: MotionConfig) -> tuple[Odometer, Step]:
-        """The odometer after a newer frame, and the step that led there."""
+    def take(self, info: FrameInfo, config: MotionConfig) -> tuple[Odometer, Step | None]:
+        """The odometer after a frame, and the step that led there; none for a frame that is old or repeated."""
+        time = info.timestamp_s
+        if not math.isfinite(time) or time == self.timestamp_s:
+            return self, None
         now = _finite(info.odometry)
         if self.timestamp_s is None:
-            return Odometer(info.timestamp_s, now), Step()
-        duration = info.timestamp_s - self.timestamp_s
+            return Odometer(time, now), Step()
+        if time < self.timestamp_s:
+            return self._passed(time, now)
+        return self._advanced(time, now, config)
+
+    def _passed(self, time: float, now: Pose2D | None) -> tuple[Odometer, Step | None]:
+        """After a frame that is older than the newest one."""
+        late = self.late + 1 if time > self.late_s else 1
+        if late < _LATE:
+            return replace(self, late=late, late_s=time), None
+        return Odometer(time, now), Step(duration_s=_SET_BACK_S, known=False, note="the clock was set back")
+
+    def _advanced(self, time: float, now: Pose2D | None, config: MotionConfig) -> tuple[Odometer, Step]:
+        """After a newer frame."""
+        duration = time - (self.timestamp_s or 0.0)
         if now is None:
-            return Odometer(info.timestamp_s, None), Step(duration_s=duration, known=False, note="odometry is missing")
+            return Odometer(time), Step(duration_s=duration, known=False, note="odometry is missing")
         if self.odometry is None:
-            unknown = Step(duration_s=duration, known=False, note="odometry was missing")
-            return Odometer(info.timestamp_s, now), unknown
+            return Odometer(time, now), Step(duration_s=duration, known=False, note="odometry was missing")
         before, now = _with_headings(self.odometry, now)
-        return Odometer(info.timestamp_s, now), _plausible(_between(before, now, duration), config)
+        return Odometer(time, now), _plausible(_between(before, now, duration), config)
 
 
 def _finite(pose: Pose2D | None) -> Pose2D | None:

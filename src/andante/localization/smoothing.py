@@ -47,7 +47,7 @@ class FixedLagSmoother:
     lag below one.
     """
 
-    def __init__(self, tracker: ParticleTracker | KalmanTracker, *, lag: int = 20) -> None:
+    def __init__(self, tracker: ParticleTracker | KalmanTracker, *, lag: int = 10) -> None:
         if lag < 1:
             raise ConfigError(f"a lag of {lag} frames smooths nothing; allowed is 1 and more")
         self._tracker, self._lag = tracker, lag
@@ -60,10 +60,8 @@ class FixedLagSmoother:
 
         A frame that is old or repeated gives the tracker's current estimate a place of its own, unsmoothed in itself.
         """
-        step = Step()
-        if self._odometer.order(info) in ("first", "next"):
-            self._odometer, step = self._odometer.advance(info, self._motion)
-        self._window.append(_Entry(self._tracker.fuse(evidence, info, fix), step))
+        self._odometer, step = self._odometer.take(info, self._motion)
+        self._window.append(_Entry(self._tracker.fuse(evidence, info, fix), step or Step()))
         return self._oldest() if len(self._window) > self._lag else None
 
     def flush(self) -> Iterator[Estimate]:
@@ -77,7 +75,7 @@ class FixedLagSmoother:
         return smoothed
 
 
-def smooth(tracker: ParticleTracker | KalmanTracker, moments: Iterable[Moment], *, lag: int = 20) -> Iterator[Estimate]:
+def smooth(tracker: ParticleTracker | KalmanTracker, moments: Iterable[Moment], *, lag: int = 10) -> Iterator[Estimate]:
     """One estimate for each frame, in order, each from up to ``lag`` frames that came after it as well."""
     smoother = FixedLagSmoother(tracker, lag=lag)
     for moment in moments:

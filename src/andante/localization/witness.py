@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from andante.data import FloatArray
 from andante.localization.config import JudgeConfig, SightingConfig
@@ -49,6 +50,8 @@ class Novelty:
         fresh = -math.expm1(-(self.way_m / correlation + self.turn_rad / config.correlation_rad))
         variance = math.inf if predicted is None else predicted.variance_m2
         exact = max(fresh, 1.0 - sighting.sigma_m**2 / max(variance, 1e-12))
+        if predicted is not None and math.isfinite(sighting.heading[0]):
+            exact = max(exact, 1.0 - sighting.heading_sigma_rad**2 / max(predicted.covariance[2, 2], 1e-12))
         decision = max(exact, -math.expm1(-self.way_m / config.decision_m))
         if decision <= 0:
             return Weighted(sighting, 1.0, 0.0, sighting.floor, contradicts)
@@ -76,7 +79,7 @@ def opinion_of(sighting: Sighting, predicted: Gauss | None, config: JudgeConfig)
     return "contradicts", f"{what} is from {apart:.1f} m away from where odometry leads"
 
 
-def _inside(sighting: Sighting, predicted: Gauss, config: JudgeConfig) -> np.ndarray:
+def _inside(sighting: Sighting, predicted: Gauss, config: JudgeConfig) -> NDArray[np.bool_]:
     """(m,) which places are inside the gate around the prediction."""
     spread = predicted.covariance[:2, :2] + np.eye(2) * (sighting.sigma_m**2 + config.slack_m**2)
     offset: FloatArray = sighting.xy - predicted.mean[:2]
@@ -85,4 +88,4 @@ def _inside(sighting: Sighting, predicted: Gauss, config: JudgeConfig) -> np.nda
         turned = np.remainder(sighting.heading - predicted.mean[2] + np.pi, 2 * np.pi) - np.pi
         variance = predicted.covariance[2, 2] + sighting.heading_sigma_rad**2 + config.slack_rad**2
         inside &= ~(turned**2 > config.gate * variance)  # an unknown heading agrees with any
-    return np.asarray(inside)
+    return np.asarray(inside, dtype=np.bool_)
