@@ -24,9 +24,9 @@ from andante.simulator import Conditions
 
 _FEW = 3
 _NOTE = (
-    "headings are medians and 95 % of absolute errors, in radius is the share of answers within the promised 90 % radius; "
-    "errors are those of the best hypothesis of every frame, whatever its status; a tracker begins every session "
-    "without knowing where it is, and its first frames count"
+    "headings are medians and 95 % of absolute errors; in radius is the share of answers within the promised 90 % "
+    "radius; errors are those of the best hypothesis of every frame, whatever its status; a tracker begins every "
+    "session without knowing where it is, and its first frames count"
 )
 
 
