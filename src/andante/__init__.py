@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from andante.data import CameraSpec as CameraSpec
     from andante.data import Estimate as Estimate
+    from andante.data import Fix as Fix
     from andante.data import Frame as Frame
     from andante.data import FrameInfo as FrameInfo
     from andante.data import Hypothesis as Hypothesis
@@ -19,10 +20,14 @@ if TYPE_CHECKING:
     from andante.data import Trajectory as Trajectory
     from andante.errors import AndanteError as AndanteError
     from andante.evaluation import Evaluation as Evaluation
+    from andante.evaluation import Track as Track
     from andante.evaluation import evaluate as evaluate
     from andante.evaluation import run_localizer as run_localizer
+    from andante.evaluation import track as track
     from andante.evaluation import write_report as write_report
+    from andante.evaluation import write_track_report as write_track_report
     from andante.export import export_onnx as export_onnx
+    from andante.localization import make_tracker as make_tracker
     from andante.mapping import BuildLog as BuildLog
     from andante.mapping import MapConfig as MapConfig
     from andante.mapping import SlowMap as SlowMap
@@ -41,10 +46,19 @@ if TYPE_CHECKING:
     __version__: str
 
 _NAMES_OF = {
-    "data": ("CameraSpec", "Estimate", "Frame", "FrameInfo", "Hypothesis", "Pose2D", "Status", "Trajectory"),
+    "data": ("CameraSpec", "Estimate", "Fix", "Frame", "FrameInfo", "Hypothesis", "Pose2D", "Status", "Trajectory"),
     "errors": ("AndanteError",),
-    "evaluation": ("Evaluation", "evaluate", "run_localizer", "write_report"),
+    "evaluation": (
+        "Evaluation",
+        "Track",
+        "evaluate",
+        "run_localizer",
+        "track",
+        "write_report",
+        "write_track_report",
+    ),
     "export": ("export_onnx",),
+    "localization": ("make_tracker",),
     "mapping": ("BuildLog", "MapConfig", "SlowMap", "build_map", "merge_maps", "update_map"),
     "protocols": ("Localizer", "Recording"),
     "recordings": (
@@ -64,6 +78,7 @@ __all__ = [
     "CameraSpec",
     "Estimate",
     "Evaluation",
+    "Fix",
     "Frame",
     "FrameInfo",
     "Hypothesis",
@@ -74,20 +89,24 @@ __all__ = [
     "Recording",
     "SlowMap",
     "Status",
+    "Track",
     "Trajectory",
     "__version__",
     "build_map",
     "evaluate",
     "export_onnx",
+    "make_tracker",
     "merge_maps",
     "open_images",
     "open_recording",
     "read_image",
     "register_format",
     "run_localizer",
+    "track",
     "update_map",
     "write_recording",
     "write_report",
+    "write_track_report",
 ]
 
 

@@ -18,6 +18,7 @@ def test_commands():
         "map",
         "localize",
         "evaluate",
+        "track",
         "update",
         "merge",
         "history",

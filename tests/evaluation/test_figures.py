@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from andante.data import Estimate, FrameInfo, Hypothesis, Pose2D, Status
 from andante.errors import ArrayError
 from andante.evaluation import ErrorFigures, LocalizedFrame, PlaceFigures, Run, figures_of
-from andante.evaluation.figures import best_guess, errors_of, figures_of_run
+from andante.evaluation.figures import best_guess, best_heading, errors_of, figures_of_run, heading_errors_of
 
 finite = st.floats(0, 100, allow_nan=False)
 
@@ -91,19 +91,46 @@ def test_answers_losses_and_pictures_without_a_guess_are_told_apart():
     assert figures.heading_median_deg is None
 
 
-def test_headings_are_compared_around_the_circle():
-    """Of the best hypothesis, whatever the status, and of frames alone of which both headings are known."""
-    looks = [(3.1, -3.1), (0.1, 0.2), (1.0, 1.0 + 4 * math.pi), (None, 0.5), (0.5, None)]
-    frames = []
-    for index, (told, true) in enumerate(looks):
-        best = (Hypothesis(0.0, 0.0, 0.6, told), Hypothesis(5.0, 0.0, 0.4, 2.0))
-        info = FrameInfo(index, f"{index}.jpg", float(index), reference=Pose2D(0.0, 0.0, true))
-        frames.append(LocalizedFrame(info, Estimate(Status.LOST, "", hypotheses=best), 0.002))
-    expected = math.degrees(2 * math.pi - 6.2)
-    assert figures_of_run(Run(tuple(frames)), "m").heading_median_deg == pytest.approx(expected)
-    assert figures_of_run(Run(tuple(frames[:3])), "m").heading_median_deg == pytest.approx(expected)
-    assert figures_of_run(Run(tuple(frames[3:])), "m").heading_median_deg is None
-    assert figures_of_run(Run(tuple(frames)), "place").heading_median_deg is None
+def test_confident_and_wrong_counts_all_frames_with_truth():
+    run = Run((frame(0, 0.1), frame(1, 1.5), frame(2, 9.0, Status.DEGRADED), frame(3, 9.0, truth=False), frame(4, 1.0)))
+    assert figures_of_run(run, "m").confident_wrong_share == 0.25
+
+
+def heading(index, degrees, truth, status=Status.OK):
+    """A frame that takes itself to look ``degrees`` counter-clockwise from x, and looks ``truth``; None for unknown."""
+    radians, true = (None if one is None else math.radians(one) for one in (degrees, truth))
+    info = FrameInfo(index, f"{index}.jpg", float(index), reference=Pose2D(0.0, 0.0, true))
+    pose = (0.0, 0.0, radians) if status.has_pose else ()
+    return LocalizedFrame(info, Estimate(status, "", *pose, hypotheses=(Hypothesis(0.0, 0.0, 1.0, radians),)), 0.0)
+
+
+def test_headings_by_hand():
+    run = Run((
+        heading(0, 10, 8),
+        heading(1, -179, 179),
+        heading(2, 400, 36),
+        heading(3, 90, -90, Status.LOST),
+        heading(4, None, 3),
+        heading(5, 3, None),
+    ))  # fmt: skip
+    figures = figures_of_run(run, "m")
+    assert figures.heading_median_deg == pytest.approx(3.0)
+    assert figures.heading_mean_deg == pytest.approx((2 + 2 + 4 + 180) / 4)
+    assert figures.heading_p95_deg == pytest.approx(np.quantile([2, 2, 4, 180], 0.95))
+    assert figures.heading_max_deg == pytest.approx(180)
+
+
+@given(st.floats(-720, 720), st.floats(-720, 720))
+def test_headings_are_never_more_than_half_a_turn_off(said, true):
+    (off,) = heading_errors_of(Run((heading(0, said, true),)))
+    assert 0 <= off <= 180 + 1e-9
+    assert math.cos(math.radians(off)) == pytest.approx(math.cos(math.radians(said - true)), abs=1e-6)
+
+
+def test_a_pose_counts_before_the_hypothesis_that_it_was_made_from():
+    smoothed = Estimate(Status.OK, "", 1.0, 2.0, 0.5, hypotheses=(Hypothesis(8.0, 8.0, 1.0, 2.0),))
+    assert best_guess(smoothed, "m") == (1.0, 2.0)
+    assert best_heading(smoothed) == 0.5
 
 
 def test_without_radius_there_is_no_coverage():

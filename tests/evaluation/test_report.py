@@ -2,7 +2,6 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
-from html.parser import HTMLParser
 
 import numpy as np
 import pytest
@@ -13,26 +12,6 @@ from andante.evaluation import evaluate, write_report
 from andante.mapping import build_map
 
 HOSTILE = "<script>alert('$x^2$')</script> & \"garden\""
-VOID = {"meta", "img", "link", "br"}
-
-
-class Page(HTMLParser):
-    """Checks that tags are balanced; collects sources and tags."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.open, self.tags, self.sources = [], set(), []
-        self.feed(text)
-        assert self.open == []
-
-    def handle_starttag(self, tag, attributes):
-        self.tags.add(tag)
-        self.sources += [value for key, value in attributes if key in ("src", "href")]
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
 
 
 @pytest.fixture(scope="module")
@@ -49,21 +28,29 @@ def text(compared, slowmap, tmp_path_factory):
     return page.read_text(encoding="utf-8")
 
 
-def test_the_page_is_whole_and_needs_nothing_else(text):
-    page = Page(text)
+def test_the_page_is_whole_and_needs_nothing_else(text, page_of):
+    page = page_of(text)
     assert page.tags.isdisjoint({"script", "link", "iframe"})
     assert all(source.startswith("data:image/") for source in page.sources)
     assert "http://" not in re.sub(r'src="[^"]*"', "", text)
 
 
-def test_it_shows_plots_worst_frames_and_the_table(text, compared):
-    page = Page(text)
+def test_it_shows_plots_worst_frames_and_the_table(text, compared, page_of):
+    page = page_of(text)
     assert sum(source.startswith("data:image/svg") for source in page.sources) == 4
     assert sum(source.startswith("data:image/jpeg") for source in page.sources) == 10
     assert all(f">{name}<" in text for name in compared.baselines)
     assert compared.verdict in text
     assert "1 pictures show nothing" in text
     assert "36 frames with truth of 40" in text
+
+
+def test_headings_are_shown_where_the_map_knows_some(compared, slowmap, tmp_path, text):
+    assert "heading error" not in text
+    headed = replace(compared.map, figures=replace(compared.figures, heading_median_deg=1.26))
+    page = write_report(replace(compared, map=headed), tmp_path, slowmap).read_text(encoding="utf-8")
+    row = page.split("median heading error, °</th>")[1].split("</tr>")[0]
+    assert re.findall(r">([^<]+)</td>", row) == ["1.3", *"–" * len(compared.baselines)]
 
 
 def test_text_of_others_is_escaped(text):
@@ -76,22 +63,22 @@ def test_the_same_evaluation_gives_the_same_page(text, compared, slowmap, tmp_pa
     assert again == text
 
 
-def test_notes_and_places(place_map, make_drive, tmp_path):
+def test_notes_and_places(place_map, make_drive, tmp_path, page_of):
     evaluation = evaluate(place_map, make_drive(2, places=True), training_error=True)
     text = write_report(evaluation, tmp_path, place_map).read_text(encoding="utf-8")
-    Page(text)
+    page_of(text)
     assert "training error" in text
     assert "median error, places" in text
     assert "Predicted radius" not in text
 
 
-def test_a_map_without_references_and_frames_without_errors(make_drive, slowmap, tmp_path):
+def test_a_map_without_references_and_frames_without_errors(make_drive, slowmap, tmp_path, page_of):
     config = slowmap.config.with_values({"readout": {"kind": "polynomial", "inputs": 2}})
     polynomial = build_map([make_drive(1)], config)
     drive = make_drive(3, blank=tuple(range(40)))
     evaluation = evaluate(polynomial, drive)
     assert evaluation.figures.n_errors == 0
-    Page(write_report(evaluation, tmp_path, polynomial).read_text(encoding="utf-8"))
+    page_of(write_report(evaluation, tmp_path, polynomial).read_text(encoding="utf-8"))
 
 
 def test_pictures_of_another_camera_are_shown_as_the_map_saw_them(slowmap, make_drive, tmp_path):

@@ -8,7 +8,20 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from andante.cli import demo, doctor, evaluate, experiment, export, history, info, localize, merge, simulate, update
+from andante.cli import (
+    demo,
+    doctor,
+    evaluate,
+    experiment,
+    export,
+    history,
+    info,
+    localize,
+    merge,
+    simulate,
+    track,
+    update,
+)
 from andante.cli import map as map_
 from andante.cli.output import complain, examples
 from andante.errors import AndanteError
@@ -53,6 +66,7 @@ app = typer.Typer(
         "andante map garden/monday garden/friday -o garden.andante",
         "andante localize garden.andante now.jpg",
         "andante evaluate garden.andante garden/sunday --report report",
+        "andante track garden.andante garden/sunday --report report",
         "andante update garden.andante garden/winter",
     ),
 )
@@ -60,6 +74,7 @@ app = typer.Typer(
 app.command("map", epilog=map_.EPILOG)(map_.command)
 app.command("localize", epilog=localize.EPILOG)(localize.command)
 app.command("evaluate", epilog=evaluate.EPILOG)(evaluate.command)
+app.command("track", epilog=track.EPILOG)(track.command)
 app.command("update", epilog=update.EPILOG)(update.command)
 app.command("merge", epilog=merge.EPILOG)(merge.command)
 app.command("history", epilog=history.HISTORY_EPILOG)(history.history)

@@ -21,3 +21,9 @@ from andante.evaluation.spatial import axis_correlations as axis_correlations
 from andante.evaluation.spatial import slow_feature_maps as slow_feature_maps
 from andante.evaluation.spatial import sparse_code as sparse_code
 from andante.evaluation.spatial import spatial_maps as spatial_maps
+from andante.evaluation.track_report import write_track_report as write_track_report
+from andante.evaluation.tracking import TrackedRun as TrackedRun
+from andante.evaluation.tracking import run_tracker as run_tracker
+from andante.evaluation.tracks import Track as Track
+from andante.evaluation.tracks import TrackFigures as TrackFigures
+from andante.evaluation.tracks import track as track

@@ -20,7 +20,7 @@ from andante.mapping.sessions import MAX_SHARED_PICTURES
 from andante.mapping.slow_map import Unit
 from andante.protocols import Recording
 
-_ODOMETRY_NOTE = "the map was made from odometry, and there is no truth to lay its frame over"
+ODOMETRY_NOTE = "the map was made from odometry, and there is no truth to lay its frame over"
 _TRAINING_NOTE = "training error: the map was learnt from this recording, unseen ones will be worse"
 
 
@@ -102,7 +102,7 @@ def evaluate(
     runs = run_on_features(localizers, slowmap.front_end, recording, progress=progress)
     if slowmap.config.positions == "odometry":
         alignment = alignment_of(slowmap, runs[0])
-        notes = (*notes, _ODOMETRY_NOTE if alignment is None else str(alignment))
+        notes = (*notes, ODOMETRY_NOTE if alignment is None else str(alignment))
         runs = runs if alignment is None else [alignment.truth_in_map(run) for run in runs]
     unit = slowmap.unit
     first, *others = (
@@ -120,14 +120,18 @@ def _checked_notes(slowmap: SlowMap, recording: Recording, training_error: bool)
             f"recording {recording.name!r} has no {lacking} in frames.csv) to compare with; "
             "use andante localize for estimates without figures"
         )
-    notes = []
+    return leakage_notes(slowmap, recording, training_error)
+
+
+def leakage_notes(slowmap: SlowMap, recording: Recording, training_error: bool) -> tuple[str, ...]:
+    """What to say of a recording that the map was learnt from; ``LeakageError`` unless its error is asked for."""
     learnt = slowmap.learnt_from(recording.content_hash())
-    if learnt or slowmap.share_learnt(recording) > MAX_SHARED_PICTURES:
-        if not training_error:
-            raise LeakageError(
-                f"the map was learnt from {'' if learnt else 'pictures of '}recording {recording.name!r}, so its "
-                "errors would look better than they are; evaluate on another drive, or ask for the training error "
-                "(--training-error)"
-            )
-        notes.append(_TRAINING_NOTE)
-    return tuple(notes)
+    if not learnt and slowmap.share_learnt(recording) <= MAX_SHARED_PICTURES:
+        return ()
+    if not training_error:
+        raise LeakageError(
+            f"the map was learnt from {'' if learnt else 'pictures of '}recording {recording.name!r}, so its "
+            "errors would look better than they are; evaluate on another drive, or ask for the training error "
+            "(--training-error)"
+        )
+    return (_TRAINING_NOTE,)

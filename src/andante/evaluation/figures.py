@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
@@ -14,6 +15,9 @@ from andante.data import Estimate, FloatArray, FrameInfo, Status, Trajectory
 from andante.errors import ArrayError
 from andante.evaluation.running import Run
 from andante.mapping.slow_map import Unit
+
+WRONG_M = 1.0
+"""Beyond it a pose is wrong, and a confident one a mistake that a robot pays for."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -44,22 +48,32 @@ class ErrorFigures:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Figures(ErrorFigures):
+class HeadingFigures:
+    """Errors of headings in degrees, from 0 to 180; ``None`` where there is nothing to say."""
+
+    heading_median_deg: float | None = None
+    heading_mean_deg: float | None = None
+    heading_p95_deg: float | None = None
+    heading_max_deg: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Figures(ErrorFigures, HeadingFigures):
     """One localizer on one recording.
 
     The errors are those of the best hypothesis of all ``n`` frames with truth, whatever their status; only the
-    ``unlocalized`` ones, whose picture shows nothing, have none. ``answered`` are the errors of those with a pose
-    alone, ``lost_share`` is the share of the others, ``statuses`` counts both. ``coverage_90`` is the share of answered
-    frames whose error is within ``radius_m``. ``ms_per_image`` is wall time with decoding, in all threads together;
-    ``ms_localize`` the median of what follows decoding, in one thread. ``heading_median_deg`` is over all frames with a
-    true heading whose best hypothesis has one.
+    ``unlocalized`` ones, whose picture shows nothing, have none, and headings likewise. ``answered`` are the errors of
+    those with a pose alone, ``lost_share`` is the share of the others, ``statuses`` counts both. ``coverage_90`` is the
+    share of answered frames whose error is within ``radius_m``, ``confident_wrong_share`` that of all frames with truth
+    whose status is ok and whose error is more than a metre. ``ms_per_image`` is wall time with decoding, in all threads
+    together; ``ms_localize`` the median of what follows decoding, in one thread.
     """
 
     n: int
     lost_share: float | None
     unlocalized: int
     coverage_90: float | None
-    heading_median_deg: float | None
+    confident_wrong_share: float | None = None
     ms_per_image: float | None
     ms_localize: float | None
     statuses: Mapping[str, int]
@@ -111,7 +125,8 @@ def figures_of_run(run: Run, unit: Unit) -> Figures:
         lost_share=1 - float(answered.sum()) / n if n else None,
         unlocalized=int((has_truth & ~known).sum()),
         coverage_90=_coverage(run, errors, answered & known),
-        heading_median_deg=_heading_median_deg(run, unit),
+        confident_wrong_share=_confident_and_wrong(run, errors) / n if n and unit == "m" else None,
+        **vars(_heading_figures(heading_errors_of(run))),
         ms_per_image=1000 * run.wall_s / len(seconds) if seconds else None,
         ms_localize=1000 * float(np.median(seconds)) if seconds else None,
         statuses={str(status): counts[status] for status in Status},
@@ -127,6 +142,15 @@ def errors_of(run: Run, unit: Unit) -> FloatArray:
     return errors
 
 
+def heading_errors_of(run: Run) -> FloatArray:
+    """(n,) degrees, 0 to 180, between the best hypothesis' heading and the reference; NaN where either is unknown."""
+    truth = Trajectory.of([frame.info for frame in run.frames], "reference").heading_rad
+    guesses = np.array([best_heading(frame.estimate) for frame in run.frames], dtype=np.float64)
+    off = np.angle(np.exp(1j * (guesses - truth)))
+    degrees: FloatArray = np.degrees(np.abs(off))
+    return degrees
+
+
 def truth_of(infos: Iterable[FrameInfo], unit: Unit) -> FloatArray:
     """(n, 2) reference positions in metres, or the place number and zero; NaN where unknown."""
     if unit == "m":
@@ -135,11 +159,33 @@ def truth_of(infos: Iterable[FrameInfo], unit: Unit) -> FloatArray:
 
 
 def best_guess(estimate: Estimate, unit: Unit) -> tuple[float, float]:
-    """The best hypothesis, whatever the status: metres, or a whole place number and zero; NaN without any."""
+    """The pose, else the best hypothesis, whatever the status: metres, or a whole place and zero; NaN without any."""
+    if unit == "m" and estimate.x_m is not None and estimate.y_m is not None:
+        return estimate.x_m, estimate.y_m
     if not estimate.hypotheses:
         return np.nan, np.nan
     best = estimate.hypotheses[0]
     return (best.x_m, best.y_m) if unit == "m" else (float(round(best.x_m)), 0.0)
+
+
+def best_heading(estimate: Estimate) -> float:
+    """The heading in radians, or that of the best hypothesis where a status allows none; NaN without any."""
+    heading = estimate.heading_rad
+    if not estimate.status.has_pose and estimate.hypotheses:
+        heading = estimate.hypotheses[0].heading_rad
+    return math.nan if heading is None else heading
+
+
+def _heading_figures(errors_deg: FloatArray) -> HeadingFigures:
+    known = errors_deg[np.isfinite(errors_deg)]
+    if not len(known):
+        return HeadingFigures()
+    return HeadingFigures(
+        heading_median_deg=float(np.median(known)),
+        heading_mean_deg=float(known.mean()),
+        heading_p95_deg=float(np.quantile(known, 0.95)),
+        heading_max_deg=float(known.max()),
+    )
 
 
 def _place_figures(errors: FloatArray) -> PlaceFigures:
@@ -156,13 +202,10 @@ def _place_figures(errors: FloatArray) -> PlaceFigures:
     )
 
 
-def _heading_median_deg(run: Run, unit: Unit) -> float | None:
-    truth = Trajectory.of([frame.info for frame in run.frames], "reference").heading_rad
-    best = [frame.estimate.hypotheses[:1] for frame in run.frames]
-    told = np.array([one[0].heading_rad if one else None for one in best], dtype=np.float64)
-    off = np.abs(np.mod(told - truth + np.pi, 2 * np.pi) - np.pi)
-    known = np.isfinite(off)
-    return float(np.degrees(np.median(off[known]))) if unit == "m" and known.any() else None
+def _confident_and_wrong(run: Run, errors: FloatArray) -> int:
+    """How many frames are sure of a pose that is more than a metre off."""
+    confident = np.array([frame.estimate.status is Status.OK for frame in run.frames], dtype=bool)
+    return int((confident & (errors > WRONG_M)).sum())
 
 
 def _coverage(run: Run, errors: FloatArray, counted: NDArray[np.bool_]) -> float | None:

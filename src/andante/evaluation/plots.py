@@ -47,10 +47,10 @@ STYLE: dict[Any, Any] = {
     "grid.linewidth": 0.5,
     "legend.frameon": False,
 }
-# Errors below this are drawn at it: a logarithm knows no zero.
-_LEAST = {"m": 0.01, "place": 0.5}
+LEAST = {"m": 0.01, "place": 0.5}
+"""Errors below this are drawn at it: a logarithm knows no zero."""
 _FAILURE = {"m": 1.0, "place": 10.0}
-_UNIT = {"m": "m", "place": "places"}
+UNIT = {"m": "m", "place": "places"}
 PLAIN = "{x:g}"
 
 
@@ -61,7 +61,7 @@ def trajectory(evaluation: Evaluation, references: FloatArray) -> str:
     estimated place is drawn over the true one.
     """
     with mpl.rc_context(STYLE):
-        figure, axes = _figure(4.8)
+        figure, axes = new_figure(4.8)
         truth, guess = _positions(evaluation)
         if evaluation.unit == "place":
             truth, guess = (np.column_stack([truth[:, 0], one[:, 0]]) for one in (truth, guess))
@@ -75,7 +75,7 @@ def trajectory(evaluation: Evaluation, references: FloatArray) -> str:
         if evaluation.unit == "m":
             ties = np.stack([truth[large], guess[large]], axis=1)
             axes.add_collection(LineCollection(list(ties), lw=0.6, color=INK, alpha=0.7))
-        norm = LogNorm(5 * _LEAST[evaluation.unit], max(5 * _FAILURE[evaluation.unit], float(errors[known].max())))
+        norm = LogNorm(5 * LEAST[evaluation.unit], max(5 * _FAILURE[evaluation.unit], float(errors[known].max())))
         drawn = np.maximum(errors[known], norm.vmin or 0)
         x, y = guess[known].T
         shown = axes.scatter(x, y, s=9, c=drawn, cmap=ERROR_COLOURS, norm=norm, rasterized=True)
@@ -83,84 +83,37 @@ def trajectory(evaluation: Evaluation, references: FloatArray) -> str:
         if lost.any():
             crossed = np.where(known[:, None], guess, truth)[lost]
             axes.plot(*crossed.T, "x", ms=5, mew=0.9, color=STATUS_COLOURS[Status.LOST], label="lost or off the map")
-        title = f"error in {_UNIT[evaluation.unit]}"
+        title = f"error in {UNIT[evaluation.unit]}"
         figure.colorbar(shown, ax=axes, label=title, shrink=0.8, pad=0.02, format=PLAIN)
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=3)
-        return svg(figure)
-
-
-def over_time(evaluation: Evaluation) -> str:
-    """The error of every frame, coloured by status."""
-    with mpl.rc_context(STYLE):
-        figure, axes = _figure(2.7)
-        times = np.array([frame.info.timestamp_s for frame in evaluation.run.frames])
-        errors = np.maximum(evaluation.map.errors, _LEAST[evaluation.unit])
-        statuses = np.array([frame.estimate.status for frame in evaluation.run.frames])
-        for status, colour in STATUS_COLOURS.items():
-            chosen = (statuses == status) & np.isfinite(errors)
-            if chosen.any():
-                name = str(status).replace("_", " ")
-                axes.plot(
-                    times[chosen] - times[0], errors[chosen], ".", ms=4, color=colour, label=name, rasterized=True
-                )
-        axes.set(xlabel="time in s", ylabel=f"error in {_UNIT[evaluation.unit]}")
-        _logarithmic(axes, y=True)
-        axes.grid(axis="y")
-        axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, borderaxespad=0)
         return svg(figure)
 
 
 def distribution(evaluation: Evaluation) -> str:
     """The share of frames with at most some error, for the map and all baselines."""
     with mpl.rc_context(STYLE):
-        figure, axes = _figure(3.0)
+        figure, axes = new_figure(3.0)
         scored: Sequence[Scored] = (evaluation.map, *evaluation.others)
         for index, (one, colour) in enumerate(zip(scored, LINE_COLOURS, strict=False)):
-            errors = np.sort(np.maximum(one.errors[np.isfinite(one.errors)], _LEAST[evaluation.unit]))
+            errors = np.sort(np.maximum(one.errors[np.isfinite(one.errors)], LEAST[evaluation.unit]))
             share = np.arange(1, len(errors) + 1) / max(len(errors), 1)
             label = "the map" if index == 0 else one.name
             axes.step(errors, share, where="post", color=colour, lw=2.0 if index == 0 else 1.2, label=label)
-        axes.set(xlabel=f"error in {_UNIT[evaluation.unit]}", ylabel="share of frames", ylim=(0, 1.02))
-        _logarithmic(axes, x=True)
+        axes.set(xlabel=f"error in {UNIT[evaluation.unit]}", ylabel="share of frames", ylim=(0, 1.02))
+        logarithmic(axes, x=True)
         axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
         axes.grid()
         axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, borderaxespad=0)
         return svg(figure)
 
 
-def calibration(evaluation: Evaluation) -> str | None:
-    """The error of answered frames over the radius promised for 90 % of them; ``None`` where no radius is given."""
-    radii = np.array([frame.estimate.radius_m for frame in evaluation.run.frames], dtype=np.float64)
-    errors = np.maximum(evaluation.map.errors, _LEAST["m"])
-    chosen = np.isfinite(radii) & np.isfinite(errors)
-    if not chosen.any():
-        return None
-    with mpl.rc_context(STYLE):
-        figure, axes = _figure(3.3)
-        radii, errors = radii[chosen], errors[chosen]
-        limits = np.array([_LEAST["m"], 1.3 * max(radii.max(), errors.max())])
-        axes.fill_between(limits, _LEAST["m"], limits, color=STATUS_COLOURS[Status.OK], alpha=0.1, lw=0)
-        axes.plot(
-            limits, limits, "-", color=STATUS_COLOURS[Status.OK], lw=1.2, label="error = radius: 90 % belong below"
-        )
-        outside = errors > radii
-        for mask, colour in ((~outside, LINE_COLOURS[0]), (outside, STATUS_COLOURS[Status.LOST])):
-            axes.plot(radii[mask], errors[mask], ".", ms=4, color=colour, rasterized=True)
-        axes.set(xlabel="predicted 90 % radius in m", ylabel="error in m")
-        _logarithmic(axes, x=True, y=True)
-        axes.set(xlim=(0.8 * radii.min(), limits[1]), ylim=limits)
-        axes.grid()
-        axes.legend(loc="upper left")
-        return svg(figure)
-
-
-def _figure(height: float) -> tuple[Figure, Axes]:
+def new_figure(height: float) -> tuple[Figure, Axes]:
     """Small in inches, so that its text can be read on a phone."""
     figure = Figure(figsize=(5.8, height), layout="constrained")
     return figure, figure.add_subplot()
 
 
-def _logarithmic(axes: Axes, *, x: bool = False, y: bool = False) -> None:
+def logarithmic(axes: Axes, *, x: bool = False, y: bool = False) -> None:
     """Scales labelled 0.1, 0.3, 1 in place of powers of ten."""
     axes.set(xscale="log" if x else "linear", yscale="log" if y else "linear")
     for axis in [axes.xaxis] * x + [axes.yaxis] * y:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,13 +27,20 @@ _WORST = 10
 _NOTHING = "–"
 
 # Title -> key of the figures and number of decimals, none for a share.
-_METRES: dict[str, tuple[str, int | None]] = {
+METRES: dict[str, tuple[str, int | None]] = {
     "median error, m": ("median_m", 2),
     "mean error, m": ("mean_m", 2),
     "95 % error, m": ("p95_m", 2),
     "largest error, m": ("max_m", 2),
     "more than 1 m off": ("share_over_1m", None),
     "more than 3 m off": ("share_over_3m", None),
+    "sure (ok) and more than 1 m off": ("confident_wrong_share", None),
+}
+HEADINGS: dict[str, tuple[str, int | None]] = {
+    "median heading error, °": ("heading_median_deg", 1),
+    "mean heading error, °": ("heading_mean_deg", 1),
+    "95 % heading error, °": ("heading_p95_deg", 1),
+    "largest heading error, °": ("heading_max_deg", 1),
 }
 _PLACES: dict[str, tuple[str, int | None]] = {
     "median error, places": ("median", 1),
@@ -44,7 +51,7 @@ _PLACES: dict[str, tuple[str, int | None]] = {
     "at most 3 places off": ("share_within_3", None),
     "at most 10 places off": ("share_within_10", None),
 }
-_COMMON: dict[str, tuple[str, int | None]] = {
+COMMON: dict[str, tuple[str, int | None]] = {
     "lost or off the map": ("lost_share", None),
     "inside the 90 % radius": ("coverage_90", None),
     "ms per image": ("ms_per_image", 1),
@@ -64,12 +71,17 @@ def write_report(
     ``sections`` stand before the figures. The page needs nothing but itself: plots and pictures are inside, there are
     no scripts. Raises ``InputError`` where it cannot be written.
     """
+    return write_page(folder, render(evaluation, slowmap, sections))
+
+
+def write_page(folder: str | Path, text: str) -> Path:
+    """Write ``report.html`` and give its path; raises ``InputError``."""
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"report folder {folder} cannot be made: {error.strerror}; choose another place") from None
-    write_text(folder / PAGE, render(evaluation, slowmap, sections))
+    write_text(folder / PAGE, text)
     return folder / PAGE
 
 
@@ -88,17 +100,19 @@ def render(evaluation: Evaluation, slowmap: SlowMap, sections: Sequence[Section]
         folds=slowmap.calibration.folds,
         fold_kind=slowmap.calibration.kind,
         sources=slowmap.sources,
-        conditions=_conditions(evaluation.recording),
+        conditions=conditions(evaluation.recording),
         config=json.dumps(slowmap.config.model_dump(mode="json"), indent=2),
         unit="places" if slowmap.unit == "place" else "m",
     )
 
 
-def _number(value: float | None, digits: int) -> str:
+def number(value: float | None, digits: int) -> str:
+    """A number, or a dash."""
     return _NOTHING if value is None else f"{value:.{digits}f}"
 
 
-def _share(value: float | None) -> str:
+def share(value: float | None) -> str:
+    """A share as per cent."""
     if value is None:
         return _NOTHING
     # One frame in a thousand must not read as none.
@@ -110,9 +124,14 @@ def _texts(figures: Figures) -> dict[str, str]:
     """Every row of the table of figures: title -> text."""
     values = figures.as_dict()
     values |= values["places"] or {}
-    rows = (_METRES if figures.places is None else _PLACES) | _COMMON
+    headings = HEADINGS if figures.heading_median_deg is not None else {}
+    return texts_of(values, (METRES if figures.places is None else _PLACES) | headings | COMMON)
+
+
+def texts_of(values: Mapping[str, Any], rows: Mapping[str, tuple[str, int | None]]) -> dict[str, str]:
+    """Values as a table shows them: title -> text, from title -> key and number of decimals, none for a share."""
     return {
-        title: _share(values[key]) if digits is None else _number(values[key], digits)
+        title: share(values[key]) if digits is None else number(values[key], digits)
         for title, (key, digits) in rows.items()
     }
 
@@ -126,21 +145,25 @@ def _tiles(figures: Figures) -> list[tuple[str, str]]:
 def _table(evaluation: Evaluation) -> dict[str, list[str]]:
     """Rows of the comparison: title -> the texts of all localizers."""
     columns = [_texts(one.figures) for one in (evaluation.map, *evaluation.others)]
-    return {title: [texts[title] for texts in columns] for title in columns[0]}
+    return {title: [texts.get(title, _NOTHING) for texts in columns] for title in columns[0]}
 
 
 def _plots(evaluation: Evaluation, slowmap: SlowMap) -> list[dict[str, str]]:
     if not evaluation.figures.n_errors:
         return []
-    from andante.evaluation import plots
+    from andante.evaluation import plots, status_plots
 
     metric, covered = evaluation.unit == "m", evaluation.figures.coverage_90
-    drawn = [
+    return shown_plots(
         ("Where" if metric else "Which place", plots.trajectory(evaluation, mapped_places(slowmap))),
-        ("Error over time", plots.over_time(evaluation)),
+        ("Error and status over time", status_plots.timeline(evaluation.map, evaluation.unit)),
         ("How often how wrong", plots.distribution(evaluation)),
-        (f"Predicted radius: {_share(covered)} of the answers lie within it", plots.calibration(evaluation)),
-    ]
+        (f"Predicted radius: {share(covered)} of the answers lie within it", status_plots.calibration(evaluation.map)),
+    )
+
+
+def shown_plots(*drawn: tuple[str, str | None]) -> list[dict[str, str]]:
+    """Titles and SVG texts as the page shows them; those that there is nothing for are left out."""
     return [{"title": title, "image": data_url("image/svg+xml", svg.encode())} for title, svg in drawn if svg]
 
 
@@ -161,7 +184,7 @@ def _worst(evaluation: Evaluation, slowmap: SlowMap) -> Iterator[dict[str, Any]]
             "picture": _thumbnail(slowmap, evaluation.recording, frame.info),
             "image": frame.info.image,
             "time": f"{frame.info.timestamp_s - start_s:.1f}",
-            "error": _number(float(errors[index]), 2 if evaluation.unit == "m" else 0),
+            "error": number(float(errors[index]), 2 if evaluation.unit == "m" else 0),
             "status": str(frame.estimate.status),
             "reason": frame.estimate.reason,
         }
@@ -177,5 +200,6 @@ def _thumbnail(slowmap: SlowMap, recording: Recording, info: FrameInfo) -> str |
     return data_url("image/jpeg", data.tobytes())
 
 
-def _conditions(recording: Recording) -> list[tuple[str, str]]:
+def conditions(recording: Recording) -> list[tuple[str, str]]:
+    """What a recording says of its conditions, as text."""
     return [(key, str(value)) for key, value in recording.conditions.items()]

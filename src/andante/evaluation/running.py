@@ -71,7 +71,7 @@ def run_localizer(localizer: Localizer, recording: Recording, *, progress: Progr
         return estimate, time.perf_counter() - start
 
     start = time.perf_counter()
-    skips = _Skips(recording, progress)
+    skips = Skips(recording, progress)
     frames: list[LocalizedFrame] = []
     with one_thread():
         for info, (estimate, seconds) in map_frames(recording, localize, on_skip=skips):
@@ -112,7 +112,7 @@ class _Encoding:
     wall_s: float
 
 
-class _Skips:
+class Skips:
     """Collects frames that are skipped and tells how far the work has come."""
 
     def __init__(self, recording: Recording, progress: Progress | None) -> None:
@@ -120,9 +120,11 @@ class _Skips:
         self._name, self._total, self._progress = recording.name, len(recording.infos), progress
 
     def __call__(self, info: FrameInfo, reason: str) -> None:
+        """One more that was skipped."""
         self.seen.append(Skipped(info.image, reason))
 
     def tell(self, done: int) -> None:
+        """How many were not."""
         if self._progress is not None:
             self._progress(self._name, done + len(self.seen), self._total)
 
@@ -138,7 +140,7 @@ def _encode(front_end: FrontEnd, recording: Recording, store: FeatureStore, prog
         return vector, blank, time.perf_counter() - start
 
     start = time.perf_counter()
-    skips, frames = _Skips(recording, progress), list[_Encoded]()
+    skips, frames = Skips(recording, progress), list[_Encoded]()
     for info, (vector, blank, seconds) in map_frames(recording, encode, on_skip=skips):
         if vector is not None:
             store.extend(vector)

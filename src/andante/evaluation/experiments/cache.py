@@ -30,6 +30,7 @@ _DECISIVE = (
     "evaluation/alignment.py",
 )
 _DECISIVE_HERE = ("contenders.py", "drives.py", "trials.py")
+_DECISIVE_OF_TRACKS = ("rides.py", "scenarios.py", "told.py")
 
 
 def default_cache() -> Path:
@@ -86,11 +87,13 @@ class ResultStore:
         return self._folder / f"{digest[:32]}.json"
 
 
-@lru_cache(maxsize=1)
-def code_hash() -> str:
-    """16 hex digits that change with the part of the package's source that decides a result."""
+@lru_cache(maxsize=2)
+def code_hash(*, tracking: bool = False) -> str:
+    """16 hex digits that change with the part of the package's source that decides a result, or that of a track."""
     package, here = Path(andante.__file__).parent, Path(__file__).parent
     roots = [*(package / name for name in _DECISIVE), *(here / name for name in _DECISIVE_HERE)]
+    if tracking:
+        roots += [package / "localization", *(here / name for name in _DECISIVE_OF_TRACKS)]
     sources = sorted(path for root in roots for path in ([root] if root.is_file() else root.rglob("*.py")))
     digest = hashlib.sha256()
     for path in sources:

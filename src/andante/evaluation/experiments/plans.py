@@ -26,14 +26,15 @@ class Scale(Settings):
     """How large an experiment is.
 
     ``frames`` of a session, ``image_px`` is the side of its square fisheye images; ``sessions`` and
-    ``permutations`` of them are for the long-term experiment alone. With fewer frames the thesis' regression, of 45
-    terms, could not be learnt from 70 % of them.
+    ``permutations`` of them are for the experiments with many sessions, ``runs`` of every scenario for stress. With
+    fewer frames the thesis' regression, of 45 terms, could not be learnt from 70 % of them.
     """
 
     frames: Annotated[int, Field(ge=70, le=5000)]
     image_px: Annotated[int, Field(ge=48, le=2048)]
     sessions: Annotated[int, Field(ge=2, le=100)] = 2
     permutations: Annotated[int, Field(ge=1, le=1000)] = 1
+    runs: Annotated[int, Field(ge=1, le=10_000)] = 1
 
 
 def long_term_plan(seed: int, scale: Scale) -> Plan:

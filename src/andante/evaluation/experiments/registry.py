@@ -6,14 +6,19 @@ from functools import partial
 
 from andante.errors import InputError
 from andante.evaluation.experiments.long_term import run_long_term
+from andante.evaluation.experiments.off_map import run_off_map
 from andante.evaluation.experiments.outcome import Experiment
 from andante.evaluation.experiments.plans import COW, GROWING, STATIC, UNSEEN, Scale, long_term_plan, single_plan
 from andante.evaluation.experiments.single import run_dynamic_object, run_slow_light, run_static
+from andante.evaluation.experiments.stress import run_stress
+from andante.evaluation.experiments.tracking import run_tracking
 
 DEFAULT_SEED = 23
 """Of a garden on which nothing in this package was chosen."""
 
 _SMALL, _FULL = Scale(frames=200, image_px=320), Scale(frames=279, image_px=480)
+_SMALL_YEARS = Scale(frames=150, image_px=240, sessions=6, permutations=3, runs=10)
+_FULL_YEARS = Scale(frames=297, image_px=480, sessions=10, permutations=15, runs=100)
 
 EXPERIMENTS = (
     Experiment(
@@ -55,6 +60,36 @@ EXPERIMENTS = (
         run=run_long_term,
         small=Scale(frames=150, image_px=240, sessions=6, permutations=5),
         full=Scale(frames=297, image_px=480, sessions=10, permutations=15),
+    ),
+    Experiment(
+        name="tracking",
+        title="Unseen sessions followed with odometry that drifts",
+        source="8 and 10.1",
+        thesis="a preliminary Kalman filter whose error was 30 % smaller than that of single images",
+        plan=long_term_plan,
+        run=run_tracking,
+        small=_SMALL_YEARS,
+        full=_FULL_YEARS,
+    ),
+    Experiment(
+        name="stress",
+        title="Trackers under everything that goes wrong",
+        source="10.1",
+        thesis="nothing of this was tried",
+        plan=long_term_plan,
+        run=run_stress,
+        small=_SMALL_YEARS,
+        full=_FULL_YEARS,
+    ),
+    Experiment(
+        name="off-map",
+        title="Images of mapped places, and of everything else",
+        source="10.1",
+        thesis="nothing of this was tried",
+        plan=long_term_plan,
+        run=run_off_map,
+        small=_SMALL_YEARS,
+        full=_FULL_YEARS,
     ),
 )
 

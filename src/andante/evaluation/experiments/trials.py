@@ -63,29 +63,32 @@ class Bench:
     """
 
     def __init__(self, plan: Plan, cache: Path, *, workers: int = 1, progress: Progress | None = None) -> None:
-        self.plan = plan
+        self.plan, self.store = plan, ResultStore(cache)
         self._cache, self._workers = cache, workers
-        self._progress: Progress = progress or (lambda stage, done, total: None)
-        self._store = ResultStore(cache)
+        self.progress: Progress = progress or (lambda stage, done, total: None)
         self._recordings: dict[str, FolderRecording] = {}
         self._front_ends: dict[str, FrontEnd] = {}
         self._encoded: dict[tuple[str, str], EncodedDrive] = {}
+
+    def beside(self, plan: Plan) -> Bench:
+        """Another plan in the same cache."""
+        return Bench(plan, self._cache, workers=self._workers, progress=self.progress)
 
     def run(self, trials: Sequence[Trial]) -> list[Result]:
         """The results of all trials, in order; a killed run goes on after its last finished trial."""
         results = []
         for done, trial in enumerate(trials):
-            self._progress("trials", done, len(trials))
+            self.progress("trials", done, len(trials))
             results.append(self._result(trial))
-        self._progress("trials", len(trials), len(trials))
+        self.progress("trials", len(trials), len(trials))
         return results
 
     def _result(self, trial: Trial) -> Result:
         key = self._key(trial)
-        stored = self._store.load(key)
+        stored = self.store.load(key)
         if stored is None:
             stored = self._computed(trial)
-            self._store.save(key, stored)
+            self.store.save(key, stored)
         return Result(
             xy=np.array(stored["xy"], dtype=np.float64),
             truth=np.array(stored["truth"], dtype=np.float64),
@@ -108,9 +111,9 @@ class Bench:
 
     def _computed(self, trial: Trial) -> dict[str, Any]:
         config = trial.contender.config
-        train, test = [self._drive(drive, config) for drive in trial.train], self._drive(trial.test, config)
+        train, test = [self.drive(drive, config) for drive in trial.train], self.drive(trial.test, config)
         start = time.perf_counter()
-        fitted = trial.contender.fit(self._front_end(config), train, config)
+        fitted = trial.contender.fit(self.front_end(config), train, config)
         seconds = time.perf_counter() - start
         with one_thread():
             xy = fitted.locate(test)
@@ -121,23 +124,25 @@ class Bench:
             "bytes": fitted.bytes,
         }
 
-    def _drive(self, drive: Drive, config: MapConfig) -> EncodedDrive:
+    def drive(self, drive: Drive, config: MapConfig) -> EncodedDrive:
+        """A drive through the front end of a configuration, encoded once."""
         key = _eye(config), drive.session
         if key not in self._encoded:
-            recording = self._recording(drive.session)
-            self._encoded[key] = encode(recording, self._front_end(config), config, self._progress)
+            recording = self.recording(drive.session)
+            self._encoded[key] = encode(recording, self.front_end(config), config, self.progress)
         whole = self._encoded[key]
         return whole if drive.indices is None else whole.part(drive.indices)
 
-    def _front_end(self, config: MapConfig) -> FrontEnd:
+    def front_end(self, config: MapConfig) -> FrontEnd:
         """One for all sessions of a plan, which has one camera."""
         if _eye(config) not in self._front_ends:
-            self._front_ends[_eye(config)] = front_end_of(self._recording(self.plan.sessions[0].name), config)
+            self._front_ends[_eye(config)] = front_end_of(self.recording(self.plan.sessions[0].name), config)
         return self._front_ends[_eye(config)]
 
-    def _recording(self, session: str) -> FolderRecording:
+    def recording(self, session: str) -> FolderRecording:
+        """A session of the plan, rendered where it was not yet."""
         if not self._recordings:
-            self._recordings = rendered(self.plan, self._cache, workers=self._workers, progress=self._progress)
+            self._recordings = rendered(self.plan, self._cache, workers=self._workers, progress=self.progress)
         return self._recordings[session]
 
 
