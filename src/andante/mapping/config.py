@@ -174,7 +174,7 @@ class DriftConfig(_Frozen):
 class OffPathConfig(_Frozen):
     """Whether images are also compared with views that the map imagines from where nobody drove (``enabled``).
 
-    It takes a second of mapping and half a millisecond an image, and headings of the mapped frames.
+    It needs headings of the mapped frames, and takes a second or two of mapping and a millisecond an image.
     """
 
     enabled: bool = True

@@ -111,12 +111,16 @@ class Scenery:
         away = distance.ravel()[things].astype(np.float32)
         return cls(encoder, Codes.of(looks), where.astype(np.float32), away, area, radius_m)
 
-    def search(self, phase: NDArray[np.float32]) -> Spot:
-        """The spot for one signature (dim,), wherever it is and whichever way the robot looks."""
+    def search(self, phase: NDArray[np.float32], least_alike: float = -1.0) -> Spot | None:
+        """The spot for one signature (dim,), wherever it is and whichever way the robot looks.
+
+        ``None`` where no view is as much alike as ``least_alike``.
+        """
         seen = self.encoder.spectra(phase[None])[0]
-        # Left and right exchanged, the coefficients of a row are conjugated.
-        curves, others = self._alike(np.stack([seen, np.conj(seen)]))
+        curves = self._alike(seen)
         peaks = curves.max(axis=1).reshape(self._grid)
+        if peaks.max() < least_alike:
+            return None
         i, j = (int(index) for index in np.unravel_index(int(peaks.argmax()), self._grid))
         aside = np.array([_summit(peaks[:, j], i), _summit(peaks[i], j)])
         x, y = (self._spots[i, j] + self._step * aside).tolist()
@@ -124,13 +128,14 @@ class Scenery:
         at = int(curve.argmax())
         turn = at + _summit(np.roll(curve, SAMPLES // 2 - at), SAMPLES // 2)
         heading = np.mod(2 * np.pi * turn / SAMPLES + np.pi, 2 * np.pi) - np.pi
-        return Spot(x, y, float(heading), float(peaks[i, j]), float(others.max()))
+        # Left and right exchanged, the coefficients of a row are conjugated.
+        return Spot(x, y, float(heading), float(peaks[i, j]), float(self._alike(np.conj(seen)).max()))
 
     def _alike(self, seen: ComplexArray) -> NDArray[np.float32]:
-        """How alike images (n, bands, K) and all views are under every turn: (n, spots, SAMPLES)."""
-        products = seen.transpose(2, 0, 1) @ self._views
-        spectrum = np.zeros((*products.shape[1:], SAMPLES // 2 + 1), dtype=np.complex64)
-        spectrum[..., 1 : len(products) + 1] = products.transpose(1, 2, 0)
+        """How alike one image (bands, K) and all views are under every turn: (spots, SAMPLES)."""
+        products = (seen.T[:, None] @ self._views)[:, 0]
+        spectrum = np.zeros((products.shape[1], SAMPLES // 2 + 1), dtype=np.complex64)
+        spectrum[:, 1 : len(products) + 1] = products.T
         return np.asarray(fft.irfft(spectrum, SAMPLES, axis=-1) * np.float32(SAMPLES / 2), dtype=np.float32)
 
     @cached_property

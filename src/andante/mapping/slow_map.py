@@ -111,7 +111,9 @@ class SlowMap:
         bounds = self.calibration.views
         if self.scenery is None or bounds is None:
             return on_path
-        return weighed(on_path, _peak(sighting), self.scenery.search(encoded.phase[0]), bounds)
+        peak = _peak(sighting)
+        spot = self.scenery.search(encoded.phase[0], bounds.least_alike(on_path, peak))
+        return on_path if spot is None else weighed(on_path, peak, spot, bounds)
 
     def _on_path(self, sighting: Sighting, encoded: Encoded) -> Estimate:
         """What the mapped places say."""
