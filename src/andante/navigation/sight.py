@@ -1,0 +1,95 @@
+"""Images to slow features to steer by, learnt from one long drive of which only the order of images is known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from andante.data import Estimate, FloatArray, ImageArray, Status
+from andante.mapping import FrontEnd, Progress
+from andante.mapping.config import FeatureConfig, PanoramaConfig
+from andante.mapping.frontend import camera_and_size
+from andante.protocols import Observation, Recording
+from andante.recordings import map_frames
+from andante.sfa import KernelModel, KernelSFA, QuadraticSFA, SlowModel, one_thread
+
+PANORAMA = PanoramaConfig(width_px=300, height_px=30, min_deg=5.0, max_deg=50.0)
+FEATURES = FeatureConfig(kind="fourier", n_frequencies=15, normalise=False, orientations=0, unit=False)
+"""Of thesis 9.2: 30 grey rows of 15 magnitudes, 450 numbers."""
+
+_STRANGE = 4.0
+"""Of 450 places on a lawn all were nearer than 2, of 450 outside of it nineteen in twenty farther."""
+
+Learner = Callable[[NDArray[np.float32]], SlowModel]
+"""Features (n, d) in the order of time -> a slow model."""
+
+
+@dataclass(frozen=True, eq=False)
+class SlowSight:
+    """What turns an image into the slow features that a ``SlowCost`` compares."""
+
+    front_end: FrontEnd
+    model: SlowModel
+
+    @property
+    def deltas(self) -> FloatArray:
+        """(k,) how fast each slow feature changed from one training image to the next."""
+        return self.model.deltas
+
+    def localize(self, observation: Observation) -> tuple[Estimate, FloatArray]:
+        """What ``drive`` asks for: no position, as nothing here knows any, but whether this was mapped, and slow
+        features.
+
+        Status off_map is for what looks like nothing in the training drive, which only kernel models can tell.
+        """
+        features = self.front_end.features(observation.image)[None]
+        slow: FloatArray = self.model.transform(features)[0]
+        if isinstance(self.model, KernelModel):
+            novelty = float(self.model.novelty(features)[0])
+            if novelty > _STRANGE:
+                reason = f"{novelty:.1f} kernel widths from all that was seen, at most {_STRANGE:g} are familiar"
+                return Estimate(Status.OFF_MAP, reason, likeness=_STRANGE / novelty / 2.0), slow
+        return Estimate(Status.LOST, "slow features alone tell no position"), slow
+
+    def slow(self, image: ImageArray) -> FloatArray:
+        """(height, width[, 3]) uint8 -> (k,) slow features, slowest first; raises as ``FrontEnd.features`` does."""
+        slow: FloatArray = self.model.transform(self.front_end.features(image)[None])[0]
+        return slow
+
+
+def thesis_learner(features: NDArray[np.float32]) -> SlowModel:
+    """450 -> 20 -> 230 -> 8 (thesis 9.2)."""
+    return QuadraticSFA(8, reduced_dim=20).fit(features).model_
+
+
+def kernel_learner(features: NDArray[np.float32]) -> SlowModel:
+    """30 slow features of a sparse kernel expansion: close to the eigenvectors of the graph of driven transitions."""
+    return KernelSFA(30).fit(features).model_
+
+
+def learn_sight(recording: Recording, learner: Learner, *, progress: Progress | None = None) -> SlowSight:
+    """Learn from a drive that went everywhere; edges join each image with the next and nothing else.
+
+    So none crosses an obstacle, however much both sides look alike. Raises as ``map_frames`` does, ``LearningError``
+    for too little data.
+    """
+    (sight,) = learn_sights(recording, (learner,), progress=progress)
+    return sight
+
+
+def learn_sights(
+    recording: Recording, learners: tuple[Learner, ...], *, progress: Progress | None = None
+) -> tuple[SlowSight, ...]:
+    """The same for several learners, with the images encoded once."""
+    front_end = FrontEnd(*camera_and_size(recording), PANORAMA, FEATURES)
+    rows: list[NDArray[np.float32]] = []
+    for _, vector in map_frames(recording, lambda frame: front_end.features(frame.image)):
+        rows.append(vector)
+        if progress is not None:
+            progress(recording.name, len(rows), len(recording.infos))
+    features = np.stack(rows)
+    with one_thread():
+        return tuple(SlowSight(front_end, learner(features)) for learner in learners)
