@@ -64,8 +64,8 @@ class Bench:
 
     def __init__(self, plan: Plan, cache: Path, *, workers: int = 1, progress: Progress | None = None) -> None:
         self.plan = plan
-        self._cache, self._workers = cache, workers
-        self._progress: Progress = progress or (lambda stage, done, total: None)
+        self.cache, self.workers = cache, workers
+        self.progress: Progress = progress or (lambda stage, done, total: None)
         self._store = ResultStore(cache)
         self._recordings: dict[str, FolderRecording] = {}
         self._front_ends: dict[str, FrontEnd] = {}
@@ -75,9 +75,9 @@ class Bench:
         """The results of all trials, in order; a killed run goes on after its last finished trial."""
         results = []
         for done, trial in enumerate(trials):
-            self._progress("trials", done, len(trials))
+            self.progress("trials", done, len(trials))
             results.append(self._result(trial))
-        self._progress("trials", len(trials), len(trials))
+        self.progress("trials", len(trials), len(trials))
         return results
 
     def _result(self, trial: Trial) -> Result:
@@ -125,7 +125,7 @@ class Bench:
         key = _eye(config), drive.session
         if key not in self._encoded:
             recording = self._recording(drive.session)
-            self._encoded[key] = encode(recording, self._front_end(config), config, self._progress)
+            self._encoded[key] = encode(recording, self._front_end(config), config, self.progress)
         whole = self._encoded[key]
         return whole if drive.indices is None else whole.part(drive.indices)
 
@@ -137,7 +137,7 @@ class Bench:
 
     def _recording(self, session: str) -> FolderRecording:
         if not self._recordings:
-            self._recordings = rendered(self.plan, self._cache, workers=self._workers, progress=self._progress)
+            self._recordings = rendered(self.plan, self.cache, workers=self.workers, progress=self.progress)
         return self._recordings[session]
 
 
