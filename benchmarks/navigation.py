@@ -24,7 +24,7 @@ from andante.evaluation.experiments.navigation_world import (
     navigation_plan,
     random_errands,
 )
-from andante.navigation import STAND, CommuteNavigator, Limits, SlowCost, drive, kernel_learner, learn_sight
+from andante.navigation import STAND, CommuteNavigator, Limits, SlowCost, drive, learn_sight
 from andante.sfa import one_thread
 from andante.simulator import Scene, SimulatedRobot, make_garden
 
@@ -47,7 +47,7 @@ def main() -> None:
     recording = rendered(plan, options.work)[MAPPED]
     print(f"rendered in {time.perf_counter() - start:.0f} s")
     start = time.perf_counter()
-    sight = learn_sight(recording, kernel_learner)
+    sight = learn_sight(recording)
     print(f"learnt from {options.frames} images in {time.perf_counter() - start:.1f} s")
 
     garden = make_garden(plan.garden)

@@ -25,6 +25,9 @@ from andante.protocols import DriveState, VelocityCommand, View
 
 _TURN_GAIN = 2.5
 _THERE_M = 0.25
+_SETTLED_M = 3.0
+"""After so much way on the map, what was strayed from before does not count any more."""
+_LEAST_VISIBILITY = 2.0
 _BACKWARD_M, _BACKWARD_M_S = 0.12, 0.15
 _GOLDEN_RAD = 2.399963
 """Multiples of the golden angle are spread evenly, however many there are."""
@@ -35,7 +38,7 @@ class CommuteSettings:
     """Lengths in metres; costs in steps of the training drive, the unit of ``SlowCost.spectral``.
 
     The drive begins with an arc of ``probe_m`` and ``probe_radius_m``. It has arrived where the cost is below
-    ``arrived_steps``, or below thrice that and the fit puts the goal nearer than ``arrived_m``. The course is decided
+    ``arrived_steps``, or below twice that and the fit puts the goal nearer than ``arrived_m``. The course is decided
     every ``decide_m``; ``weave_rad`` is how far the heading swings about it, once in ``weave_m``. Below ``near_m`` of
     free way the robot goes around what it sees: it turns until ``clear_m`` are free and goes on for ``around_m``.
     Where the cost has not fallen by the share ``progress`` for ``patience_m`` of the way, it goes back to where it
@@ -58,7 +61,7 @@ class CommuteSettings:
     patience_m: float = 4.0
     excursion_m: float = 0.3
     recoveries: int = 12
-    return_m: float = 0.5
+    return_m: float = 1.2
     strays: int = 12
 
 
@@ -76,7 +79,7 @@ class CommuteNavigator(LimitedNavigator):
         super().__init__(name, limits)
         self._cost, self._settings = cost, settings or CommuteSettings()
         self._window = SlopeWindow()
-        self._way_m = 0.0
+        self._way_m, self._probe_until_m, self._probe_side = 0.0, self._settings.probe_m, 1.0
         self._here = np.zeros(2)
         self._heading = 0.0
         self._course: tuple[float, float] | None = None  # downhill, and the way at which that was decided
@@ -86,6 +89,7 @@ class CommuteNavigator(LimitedNavigator):
             None  # where to begin anew, and the way at which to give that up
         )
         self._recoveries = self._strays = 0
+        self._returning, self._strayed_at_m = False, -np.inf
         self._trail: deque[FloatArray] = deque(maxlen=max(round(self._settings.return_m / self._settings.decide_m), 1))
         self._backward_until_m = -np.inf
         self._side, self._side_until_m = 0.0, -np.inf
@@ -101,10 +105,13 @@ class CommuteNavigator(LimitedNavigator):
         evasion = self._evasion(view, slope)
         if evasion is not None:
             return evasion
-        if slope is None or (mapped and self._errand is None and self._way_m < self._settings.probe_m):
+        elsewhere = self._elsewhere(view)
+        if elsewhere is not None:
+            return elsewhere
+        if slope is None or self._way_m < self._probe_until_m:
             return self._arc()
         self._watch(slope)
-        return self._elsewhere(view) or self._along(self._downhill(slope), view)
+        return self._along(self._downhill(slope), view)
 
     def _move(self, view: View) -> None:
         here = np.array([view.odometry.x_m, view.odometry.y_m])
@@ -116,7 +123,9 @@ class CommuteNavigator(LimitedNavigator):
 
     def _arrived(self, slope: Slope) -> bool:
         distance, steps = float(np.hypot(*slope.to_goal_m)), self._settings.arrived_steps
-        if slope.cost < steps or (slope.cost < 3.0 * steps and distance < self._settings.arrived_m):
+        near = slope.cost < steps or (slope.cost < 2.0 * steps and distance < self._settings.arrived_m)
+        # Where features do not change with place, being alike is not being there.
+        if near and slope.visibility > _LEAST_VISIBILITY:
             self._enter(DriveState.ARRIVED, f"{slope.cost:.1f} steps and about {distance:.2f} m from the goal")
         return self._state.over
 
@@ -125,7 +134,7 @@ class CommuteNavigator(LimitedNavigator):
     def _arc(self) -> VelocityCommand:
         """Points that are not on a line, to begin with."""
         speed = min(self.limits.forward_m_s, 0.3)
-        return VelocityCommand(speed, speed / self._settings.probe_radius_m)
+        return VelocityCommand(speed, self._probe_side * speed / self._settings.probe_radius_m)
 
     def _downhill(self, slope: Slope) -> float:
         # A robot that turns on the spot learns nothing new of the slope: it sticks to what it decided.
@@ -164,19 +173,25 @@ class CommuteNavigator(LimitedNavigator):
             self._side = 1.0 if wrapped(float(np.arctan2(ahead[1], ahead[0])) - self._heading) >= 0.0 else -1.0
         self._side_until_m = self._way_m + self._settings.around_m
 
-    # Strayed from what was mapped: back along the way.
+    # Strayed from what was mapped: back along the way, and a look around there.
 
     def _mapped(self, view: View) -> bool:
-        """Whether the view may be believed; where it is none of the map for the first time, the way leads back."""
+        """Whether the view may be believed; where it is of nothing that was mapped, the way leads back."""
         if view.estimate.status != Status.OFF_MAP or self._strays >= self._settings.strays:
             if not self._trail or np.hypot(*(self._here - self._trail[-1])) >= self._settings.decide_m:
                 self._trail.append(self._here)
+            if self._way_m > self._strayed_at_m + _SETTLED_M:
+                self._strays = 0
             return True
         if not self._trail:  # nothing has looked like the map yet: better a doubtful view than none
             return True
-        if self._state != DriveState.RECOVERING:
+        self._strayed_at_m = self._way_m
+        if not self._returning:
             self._strays += 1
             self._begin_anew_at(self._trail[0])
+            self._returning = True
+            self._window.forget()  # the last images before the edge are no good guides either
+            self._probe_side = -self._probe_side
             self._enter(DriveState.RECOVERING, "this is not what was mapped; back along the way")
         return False
 
@@ -210,5 +225,7 @@ class CommuteNavigator(LimitedNavigator):
             return self._along(float(np.arctan2(ahead[1], ahead[0])), view)
         self._errand = self._course = None
         self._best, self._best_at_m = np.inf, self._way_m
+        if self._returning:
+            self._returning, self._probe_until_m = False, self._way_m + self._settings.probe_m
         self._enter(DriveState.DRIVING, "down the slope again")
         return None

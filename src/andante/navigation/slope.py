@@ -58,6 +58,15 @@ class Slope:
         return float(np.sqrt(np.maximum(g @ self.information @ g, 0.0) / max(scale, 1e-18)))
 
     @property
+    def visibility(self) -> float:
+        """How much features change over the window, in units of their noise (root mean square).
+
+        Near one or below there is nothing to be seen: the map has no idea of where this is.
+        """
+        change = np.einsum("ki,ij,kj->k", self.jacobian, self.information, self.jacobian) / 2.0
+        return float(np.sqrt((change / np.maximum(self.noise, 1e-12) ** 2).mean()))
+
+    @property
     def to_goal_m(self) -> FloatArray:
         """(2,) metres: where the linear fit has its minimum, damped where it hardly changes along some direction."""
         normal = self.jacobian.T @ self.jacobian
@@ -85,6 +94,10 @@ class SlopeWindow:
         self._rows.append(_Row(here, offset, way_m))
         while self._rows[0].way_m < way_m - self._lengths_m[-1]:
             self._rows.popleft()
+
+    def forget(self) -> None:
+        """Begin with nothing."""
+        self._rows.clear()
 
     def slope(self, here: FloatArray) -> Slope | None:
         """The slope at ``here`` (2,); ``None`` while there is too little to fit."""

@@ -32,6 +32,8 @@ from andante.sfa.solver import solve_slow
 
 _LEAST_DELTA = 1e-12
 _BLOCK = 1024
+_SAMPLES_EACH = 5
+"""A prototype of its own for every sample could be made as slow as one likes, and would say nothing of others."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,10 +107,11 @@ class KernelSFA(SlowEstimator[KernelModel]):
     """The slowest functions in the span of a sparse kernel expansion.
 
     ``reduced_dim`` r linear slow features, each divided by the square root of its delta, are what is compared;
-    ``prototypes`` m of them are chosen farthest point first, and ``width`` is that of the kernel in units of the median
-    distance of a prototype to the next one. ``ridge`` holds for the last stage. ``density_corrected`` lets all
-    prototypes count alike, however many samples look like them: where the robot dwelt does not distort the map
-    (theory 4), and no positions are needed. After learning: ``model_`` (frozen), ``deltas_`` (k,), ``n_features_in_``.
+    ``prototypes`` m of them, at most one for every five samples, are chosen farthest point first, and ``width`` is
+    that of the kernel in units of the median distance of a prototype to the next one. ``ridge`` holds for the last
+    stage. ``density_corrected`` lets all prototypes count alike, however many samples look like them: where the robot
+    dwelt does not distort the map (theory 4), and no positions are needed. After learning: ``model_`` (frozen),
+    ``deltas_`` (k,), ``n_features_in_``.
     """
 
     def __init__(
@@ -136,7 +139,7 @@ class KernelSFA(SlowEstimator[KernelModel]):
         reduce = _scaled(solve_slow(moments_of_episodes(episodes, edges), self.reduced_dim, ridge=RIDGE_OF_REDUCTION))
         reduced = [reduce.transform(episode) for episode in episodes]
         joined = np.concatenate(reduced)
-        chosen = joined[farthest_points(joined, self.prototypes)]
+        chosen = joined[farthest_points(joined, min(self.prototypes, max(len(joined) // _SAMPLES_EACH, 2)))]
         width = self.width * _spacing(chosen)
         expanded = [shares(one, chosen, width) for one in reduced]
         moments = moments_of_episodes(expanded, edges)

@@ -26,8 +26,9 @@ from andante.evaluation.experiments.navigation_world import (
 from andante.evaluation.experiments.outcome import Cell, Outcome, Plot, Table
 from andante.evaluation.experiments.plans import Scale
 from andante.evaluation.experiments.trials import Bench
-from andante.navigation import SlowSight, kernel_learner, learn_sights, thesis_learner
+from andante.navigation import KERNEL_SIGHT, THESIS_SIGHT, SlowSight, learn_sight
 from andante.simulator import Conditions, OdometryNoise, Plan, make_garden
+from andante.simulator.conditions import Season
 
 OPEN, OBSTACLE = "in the open", "around the obstacle"
 NOTE = (
@@ -87,9 +88,10 @@ def run_navigation(bench: Bench, seed: int, scale: Scale) -> Outcome:
 def _place(bench: Bench, seed: int, scale: Scale, obstacle: bool) -> Place:
     plan = navigation_plan(seed, scale, obstacle=obstacle)
     recordings = rendered(plan, bench.cache, workers=bench.workers, progress=bench.progress)
-    learners = {THESIS: thesis_learner, KERNEL: kernel_learner}
-    learnt = learn_sights(recordings[MAPPED], tuple(learners.values()), progress=bench.progress)
-    sights = dict(zip(learners, learnt, strict=True))
+    recipes = {THESIS: THESIS_SIGHT, KERNEL: KERNEL_SIGHT}
+    sights = {
+        name: learn_sight(recordings[MAPPED], recipe, progress=bench.progress) for name, recipe in recipes.items()
+    }
     lawn = Lawn(make_garden(plan.garden))
     goal = np.array(fixed_errands(lawn, 1, seed)[0].goal)
     costs = cost_maps(sights, recordings[GRID], goal)
@@ -116,7 +118,9 @@ def _robustness(place: Place, seed: int, scale: Scale) -> list[Case]:
         (f"odometry noise x{factor}", World(world.garden, camera, world.conditions, _noise(factor)))
         for factor in (1, 2, 4)
     ]
-    for season in ("autumn", "winter"):
+    cases.append(("with clouds, none mapped", World(world.garden, camera, Conditions(clouds=0.45))))
+    seasons: tuple[Season, ...] = ("autumn", "winter")
+    for season in seasons:
         then = Conditions(season=season, clouds=0.3, hour=15.0)
         cases.append((f"mapped in summer, driven in {season}", World(world.garden, camera, then)))
         cases.append(
@@ -167,7 +171,7 @@ def _outcome(places: Sequence[Place], cases: Sequence[Case], results: Sequence[d
     )
     figures = {
         "cases": {
-            case.name: {d: _figures(case, found[d]) for d in case.drivers}
+            case.name: {d: figures_of(found[d], case.errands) for d in case.drivers}
             for case, found in zip(cases, results, strict=True)
         },
         "correlations": correlations,
@@ -185,7 +189,7 @@ def _correlation_table(correlations: dict[str, dict[str, float]]) -> Table:
 
 
 def _row(name: str, case: Case, found: Sequence[Result]) -> tuple[Cell, ...]:
-    of = _figures(case, found)
+    of = figures_of(found, case.errands)
     shares = (round(100 * of[key], 1) for key in ("within_0.3_m", "within_0.5_m", "within_0.8_m", "hit"))
     ratio = of["way_over_shortest"]
     return (
@@ -197,11 +201,11 @@ def _row(name: str, case: Case, found: Sequence[Result]) -> tuple[Cell, ...]:
     )
 
 
-def _figures(case: Case, found: Sequence[Result]) -> dict[str, Any]:
+def figures_of(found: Sequence[Result], errands: Sequence[Errand]) -> dict[str, Any]:
     """Shares over all drives; ways and seconds over those that came within half a metre."""
     end = np.array([one.distance_m for one in found])
     there = end < 0.5
-    ratio = np.array([one.way_m / errand.shortest_m for one, errand in zip(found, case.errands, strict=True)])
+    ratio = np.array([one.way_m / errand.shortest_m for one, errand in zip(found, errands, strict=True)])
     states: dict[str, int] = {}
     for one in found:
         states[one.state] = states.get(one.state, 0) + 1

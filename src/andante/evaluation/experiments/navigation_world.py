@@ -12,6 +12,7 @@ from scipy.sparse.csgraph import dijkstra
 from andante.data import FloatArray, IndexArray
 from andante.errors import ConfigError
 from andante.evaluation.experiments.plans import Scale
+from andante.navigation import GradientSettings
 from andante.simulator import (  # fmt: skip
     Conditions,
     Garden,
@@ -175,5 +176,24 @@ def _errand(lawn: Lawn, start: FloatArray, goal: FloatArray, rng: np.random.Gene
     roomy = lawn.xy_m[lawn.room_m >= CLEAR_M]
     start, goal = (roomy[((roomy - point) ** 2).sum(axis=1).argmin()] for point in (start, goal))
     length = float(lawn.travel_m(goal)[lawn.nearest(start[None])[0]])
-    pose = (float(start[0]), float(start[1]), float(rng.uniform(-np.pi, np.pi)))
+    pose = (float(start[0]), float(start[1]), _heading(lawn, start, rng))
     return Errand(pose, (float(goal[0]), float(goal[1])), length)
+
+
+def _heading(lawn: Lawn, start: FloatArray, rng: np.random.Generator) -> float:
+    """By chance among those with which the V-shaped start stays on the lawn, or the one that comes nearest to that.
+
+    Nobody would put a robot down with its nose to the border and have it drive a metre straight on.
+    """
+    headings = rng.uniform(-np.pi, np.pi, 64)
+    along = np.linspace(0.0, 1.0, 20)[1:, None]
+    rooms = []
+    for heading in headings:
+        corner, leg = (
+            GradientSettings().v_length_m / 2.0 * np.array([np.cos(a), np.sin(a)])
+            for a in (heading, heading + GradientSettings().v_turn_rad)
+        )
+        way = np.concatenate([start + along * corner, start + corner + along * leg])
+        rooms.append(float(room_m(lawn.garden, way).min()))
+    fitting = np.flatnonzero(np.array(rooms) >= ROBOT_RADIUS_M)
+    return float(headings[fitting[0] if len(fitting) else int(np.argmax(rooms))])
