@@ -19,6 +19,7 @@ from andante.data import FloatArray, Status
 from andante.navigation.gradient import slow_of, wrapped
 from andante.navigation.limits import STAND, Limits
 from andante.navigation.navigator import LimitedNavigator
+from andante.navigation.plane import unit
 from andante.navigation.slope import Slope, SlopeWindow
 from andante.navigation.slow_cost import SlowCost
 from andante.protocols import DriveState, VelocityCommand, View
@@ -27,6 +28,7 @@ _TURN_GAIN = 2.5
 _THERE_M = 0.25
 _SETTLED_M = 3.0
 """After so much way on the map, what was strayed from before does not count any more."""
+_INWARDS_M = 0.6
 _LEAST_VISIBILITY = 2.0
 _BACKWARD_M, _BACKWARD_M_S = 0.12, 0.15
 _GOLDEN_RAD = 2.399963
@@ -43,8 +45,8 @@ class CommuteSettings:
     free way the robot goes around what it sees: it turns until ``clear_m`` are free and goes on for ``around_m``.
     Where the cost has not fallen by the share ``progress`` for ``patience_m`` of the way, it goes back to where it
     was lowest, or ``excursion_m`` beside that, farther each time, and begins anew, ``recoveries`` times at most.
-    Where it strays from what was mapped, it goes ``return_m`` back; after ``strays`` of these the mapped place has
-    changed, and it goes on.
+    Where it strays from what was mapped, it goes back beyond the most familiar place of the last ``return_m``,
+    farther each time; after ``strays`` in a row it gives up.
     """
 
     probe_m: float = 1.3
@@ -61,7 +63,7 @@ class CommuteSettings:
     patience_m: float = 4.0
     excursion_m: float = 0.3
     recoveries: int = 12
-    return_m: float = 1.2
+    return_m: float = 3.0
     strays: int = 12
 
 
@@ -79,24 +81,28 @@ class CommuteNavigator(LimitedNavigator):
         super().__init__(name, limits)
         self._cost, self._settings = cost, settings or CommuteSettings()
         self._window = SlopeWindow()
-        self._way_m, self._probe_until_m, self._probe_side = 0.0, self._settings.probe_m, 1.0
+        self._way_m = 0.0
         self._here = np.zeros(2)
         self._heading = 0.0
         self._course: tuple[float, float] | None = None  # downhill, and the way at which that was decided
         self._lowest, self._lowest_at = np.inf, np.zeros(2)
         self._best, self._best_at_m = np.inf, 0.0
-        self._errand: tuple[FloatArray, float] | None = (
-            None  # where to begin anew, and the way at which to give that up
-        )
+        # Where to begin anew, and the way at which to give that up.
+        self._errand: tuple[FloatArray, float] | None = None
         self._recoveries = self._strays = 0
+        self._home: tuple[float, FloatArray] = (-1.0, np.zeros(2))
         self._returning, self._strayed_at_m = False, -np.inf
-        self._trail: deque[FloatArray] = deque(maxlen=max(round(self._settings.return_m / self._settings.decide_m), 1))
+        self._trail: deque[tuple[float, FloatArray]] = deque(
+            maxlen=max(round(self._settings.return_m / self._settings.decide_m), 1)
+        )
         self._backward_until_m = -np.inf
         self._side, self._side_until_m = 0.0, -np.inf
 
     def _steer(self, view: View) -> VelocityCommand:
         self._move(view)
         mapped = self._mapped(view)
+        if self._state.over:
+            return STAND
         if mapped:
             self._window.append(self._here, self._cost.scaled(slow_of(view)), self._way_m)
         slope = self._window.slope(self._here)
@@ -108,7 +114,7 @@ class CommuteNavigator(LimitedNavigator):
         elsewhere = self._elsewhere(view)
         if elsewhere is not None:
             return elsewhere
-        if slope is None or self._way_m < self._probe_until_m:
+        if slope is None or self._way_m < self._settings.probe_m:
             return self._arc()
         self._watch(slope)
         return self._along(self._downhill(slope), view)
@@ -134,7 +140,7 @@ class CommuteNavigator(LimitedNavigator):
     def _arc(self) -> VelocityCommand:
         """Points that are not on a line, to begin with."""
         speed = min(self.limits.forward_m_s, 0.3)
-        return VelocityCommand(speed, self._probe_side * speed / self._settings.probe_radius_m)
+        return VelocityCommand(speed, speed / self._settings.probe_radius_m)
 
     def _downhill(self, slope: Slope) -> float:
         # A robot that turns on the spot learns nothing new of the slope: it sticks to what it decided.
@@ -173,13 +179,14 @@ class CommuteNavigator(LimitedNavigator):
             self._side = 1.0 if wrapped(float(np.arctan2(ahead[1], ahead[0])) - self._heading) >= 0.0 else -1.0
         self._side_until_m = self._way_m + self._settings.around_m
 
-    # Strayed from what was mapped: back along the way, and a look around there.
+    # Strayed from what was mapped: away from the edge.
 
     def _mapped(self, view: View) -> bool:
         """Whether the view may be believed; where it is of nothing that was mapped, the way leads back."""
-        if view.estimate.status != Status.OFF_MAP or self._strays >= self._settings.strays:
-            if not self._trail or np.hypot(*(self._here - self._trail[-1])) >= self._settings.decide_m:
-                self._trail.append(self._here)
+        if view.estimate.status != Status.OFF_MAP:
+            if not self._trail or np.hypot(*(self._here - self._trail[-1][1])) >= self._settings.decide_m:
+                self._trail.append((view.estimate.likeness or 0.0, self._here))
+                self._home = max(self._home, self._trail[-1], key=lambda place: place[0])
             if self._way_m > self._strayed_at_m + _SETTLED_M:
                 self._strays = 0
             return True
@@ -188,12 +195,20 @@ class CommuteNavigator(LimitedNavigator):
         self._strayed_at_m = self._way_m
         if not self._returning:
             self._strays += 1
-            self._begin_anew_at(self._trail[0])
+            self._begin_anew_at(self._inwards())
             self._returning = True
             self._window.forget()  # the last images before the edge are no good guides either
-            self._probe_side = -self._probe_side
             self._enter(DriveState.RECOVERING, "this is not what was mapped; back along the way")
+        if self._strays > self._settings.strays:
+            self._enter(DriveState.BLOCKED, f"strayed {self._strays} times from what was mapped")
         return False
+
+    def _inwards(self) -> FloatArray:
+        """A place beyond the most familiar one of the last metres, farther with each stray: away from the edge."""
+        familiar = max(self._trail, key=lambda place: place[0])[1]
+        if np.hypot(*(familiar - self._here)) < _THERE_M:
+            familiar = self._home[1]
+        return self._here + unit(familiar - self._here) * (_INWARDS_M + self._settings.excursion_m * self._strays)
 
     # No progress: back to the best place so far, to one side of it, and from there once more.
 
@@ -225,7 +240,6 @@ class CommuteNavigator(LimitedNavigator):
             return self._along(float(np.arctan2(ahead[1], ahead[0])), view)
         self._errand = self._course = None
         self._best, self._best_at_m = np.inf, self._way_m
-        if self._returning:
-            self._returning, self._probe_until_m = False, self._way_m + self._settings.probe_m
+        self._returning = False
         self._enter(DriveState.DRIVING, "down the slope again")
         return None

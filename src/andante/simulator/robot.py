@@ -22,7 +22,8 @@ class SimulatedRobot:
 
     With ``range_reach_m`` it has a range sensor that looks straight ahead so far, as wide as the robot and
     ``range_margin_m`` more on either side. ``pose`` is where it really is, which a program under test must not ask.
-    Raises ``MissingExtraError`` without embreex.
+    Many drives in one scene share a ``renderer``, which takes half a second to make; it decides about conditions and
+    the noise of images. Raises ``MissingExtraError`` without embreex.
     """
 
     def __init__(
@@ -36,13 +37,14 @@ class SimulatedRobot:
         radius_m: float = 0.2,
         range_reach_m: float | None = None,
         range_margin_m: float = 0.05,
+        renderer: Renderer | None = None,
         seed: int = 0,
     ) -> None:
         self._obstacles = scene.obstacles
         self._radius_m = radius_m
         self._range_reach_m, self._range_margin_m = range_reach_m, range_margin_m
         self._camera = camera or SimulatedCamera()
-        self._renderer = Renderer(scene, conditions or Conditions(), self._camera, seed)
+        self._renderer = renderer or Renderer(scene, conditions or Conditions(), self._camera, seed)
         rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(40,)))
         self._odometer = Odometer(noise or OdometryNoise(), rng)
         self.pose = Pose2D(start.x_m, start.y_m, start.heading_rad or 0.0)

@@ -26,7 +26,7 @@ def test_linear_features_give_their_derivative_and_the_goal():
     here = arc()[-1]
     np.testing.assert_allclose(slope.jacobian, JACOBIAN, atol=0.05)
     np.testing.assert_allclose(slope.gradient, JACOBIAN.T @ JACOBIAN @ (here - GOAL), rtol=0.05)
-    np.testing.assert_allclose(slope.to_goal_m, GOAL - here, atol=0.1)  # damped
+    np.testing.assert_allclose(slope.to_goal_m, GOAL - here, atol=0.3)  # damped
     assert slope.cost == pytest.approx(np.linalg.norm(JACOBIAN @ (here - GOAL)), rel=0.03)
 
 
