@@ -29,7 +29,7 @@ _THERE_M = 0.25
 _SETTLED_M = 3.0
 """After so much way on the map, what was strayed from before does not count any more."""
 _INWARDS_M = 0.6
-_LEAST_VISIBILITY = 2.0
+_LEAST_VISIBILITY = 3.0
 _BACKWARD_M, _BACKWARD_M_S = 0.12, 0.15
 _GOLDEN_RAD = 2.399963
 """Multiples of the golden angle are spread evenly, however many there are."""
@@ -132,7 +132,11 @@ class CommuteNavigator(LimitedNavigator):
         near = slope.cost < steps or (slope.cost < 2.0 * steps and distance < self._settings.arrived_m)
         # Where features do not change with place, being alike is not being there.
         if near and slope.visibility > _LEAST_VISIBILITY:
-            self._enter(DriveState.ARRIVED, f"{slope.cost:.1f} steps and about {distance:.2f} m from the goal")
+            reason = f"{slope.cost:.1f} steps and about {distance:.2f} m from the goal"
+            if self._trail:
+                self._enter(DriveState.ARRIVED, reason)
+            else:
+                self._enter(DriveState.BLOCKED, f"{reason}, but nothing on the way looked like what was mapped")
         return self._state.over
 
     # Downhill.

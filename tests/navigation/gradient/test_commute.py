@@ -62,9 +62,26 @@ def test_it_turns_back_from_what_was_not_mapped(plain_robot):
     assert np.array(robot.track)[:, 1].min() > -1.0
 
 
-def test_where_everything_looks_strange_it_believes_its_eyes(plain_robot):
+def test_where_everything_looks_strange_it_believes_its_eyes_but_claims_nothing(plain_robot):
     robot = plain_robot(linear, off_map=lambda position: True)
-    assert robot.drive(navigator()).state == DriveState.ARRIVED
+    found = robot.drive(navigator())
+    assert found.state == DriveState.BLOCKED
+    assert "nothing on the way looked like what was mapped" in found.reason
+    assert np.linalg.norm(robot.pose[:2] - GOAL) < 0.5
+
+
+def test_being_alike_is_not_being_there(plain_robot):
+    # Features that do not change with place, and are those of the goal.
+    robot = plain_robot(lambda position: linear(GOAL), noise=0.3)
+    assert robot.drive(navigator(recoveries=2)).state != DriveState.ARRIVED
+
+
+def test_who_strays_again_and_again_gives_up(plain_robot):
+    robot = plain_robot(linear, off_map=lambda position: position[0] > 1.0)
+    found = robot.drive(navigator(strays=3))
+    assert found.state == DriveState.BLOCKED
+    assert "strayed 4 times" in found.reason
+    assert np.array(robot.track)[:, 0].max() < 2.0
 
 
 def test_on_a_flat_cost_it_recovers_and_then_gives_up(plain_robot):
