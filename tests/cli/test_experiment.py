@@ -32,7 +32,7 @@ def test_list(andante, arguments):
 
 def test_list_as_json(andante):
     listed = andante("experiment", "--json").json["experiments"]
-    assert [one["name"] for one in listed] == ["static", "slow-light", "dynamic-object", "long-term"]
+    assert [one["name"] for one in listed] == ["static", "slow-light", "dynamic-object", "long-term", "navigation"]
     assert all(set(one) == {"name", "title", "source", "thesis"} for one in listed)
 
 

@@ -1,13 +1,15 @@
+import json
+
 import numpy as np
 import pytest
 
-from andante.evaluation.experiments import Scale
+from andante.evaluation.experiments import Scale, run_experiment
 from andante.evaluation.experiments.cache import rendered
 from andante.evaluation.experiments.navigation import figures_of
 from andante.evaluation.experiments.navigation_maps import SEEN_BY, CostMap, cost_maps, travel_correlations
 from andante.evaluation.experiments.navigation_trials import DRIVERS, KERNEL, THESIS, Result, Task, World, run_tasks
 from andante.evaluation.experiments.navigation_world import GRID, MAPPED, Errand, Lawn, navigation_plan
-from andante.navigation import KERNEL_SIGHT, THESIS_SIGHT, learn_sight
+from andante.navigation import KERNEL_SIGHT, THESIS_SIGHT, Limits, learn_sight
 from andante.simulator import make_garden
 
 
@@ -52,6 +54,20 @@ def test_every_driver_drives(plan, sights):
         assert len(result.milliseconds) > 0
     again = run_tasks([Task(DRIVERS[0].name, "lawn", world, errand, 3)], keyed)[0]
     np.testing.assert_array_equal(again.xy_m, results[0].xy_m)
+
+
+def test_the_experiment_writes_its_files(embree, monkeypatch, tmp_path):
+    monkeypatch.setattr("andante.evaluation.experiments.navigation_trials.LIMITS", Limits(timeout_s=4.0))
+    written = run_experiment(
+        "navigation", tmp_path, scale=Scale(frames=200, image_px=48), cache=tmp_path / "cache", seed=5
+    )
+    values = json.loads(written.json.read_text(encoding="utf-8"), parse_constant=pytest.fail)
+    cases = values["figures"]["cases"]
+    assert [len(cases[f"{lawn}, four pairs"]) for lawn in ("in the open", "around the obstacle")] == [3, 3]
+    assert cases["in the open, four pairs"]["andante's gradient"]["drives"] == 4
+    assert "the obstacle moved by 0.9 m" in cases
+    assert len(written.plots) == 4
+    assert "EP3367061B1" in written.page.read_text(encoding="utf-8")
 
 
 def test_slow_features_know_how_far_it_is(recordings, sights, lawn):

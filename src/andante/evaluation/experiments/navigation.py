@@ -43,7 +43,7 @@ _COLUMNS = (
 _MAIN = tuple(driver.name for driver in DRIVERS if not driver.aside)
 _PARTS = tuple(driver.name for driver in DRIVERS)
 _ROBUST = ("thesis' gradient", "andante's gradient")
-_ASIDE_SHARE, _ROBUST_SHARE = 4, 8
+_ASIDE_SHARE, _ROBUST_SHARE, _ROBUST_LEAST = 4, 8, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +114,7 @@ def _cases(place: Place, seed: int, scale: Scale) -> list[Case]:
 
 def _robustness(place: Place, seed: int, scale: Scale) -> list[Case]:
     """What a mapped lawn is worth later: worse odometry, another season, an obstacle that was moved."""
-    errands = tuple(random_errands(place.lawn, max(scale.errands // _ROBUST_SHARE, 4), seed + 1))
+    errands = tuple(random_errands(place.lawn, max(scale.errands // _ROBUST_SHARE, _ROBUST_LEAST), seed + 1))
     world, camera = place.world, place.world.camera
     cases = [
         (f"odometry noise x{factor}", World(world.garden, camera, world.conditions, _noise(factor)))
