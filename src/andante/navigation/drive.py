@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from array import array
 from collections.abc import Callable
@@ -10,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from andante.data import Estimate, FloatArray, Pose2D, Status
+from andante.data import Estimate, FloatArray, Frame, FrameInfo, Pose2D, Status
 from andante.errors import ConfigError
 from andante.navigation.limits import STAND
-from andante.protocols import DriveState, Navigator, Observation, Robot, VelocityCommand, View
+from andante.protocols import DriveState, Navigator, Observation, Robot, Tracker, VelocityCommand, View
 
 Localize = Callable[[Observation], tuple[Estimate, FloatArray | None]]
 """What the robot senses -> where it is, and the slow features (k,) of its image where they are known."""
@@ -56,6 +57,17 @@ class Drive:
     def seconds(self) -> float:
         """From the first observation to the last."""
         return float(self.timestamp_s[-1] - self.timestamp_s[0]) if len(self) else 0.0
+
+
+def tracked(tracker: Tracker) -> Localize:
+    """A tracker told all that the robot senses; it tells poses, no slow features."""
+    count = itertools.count()
+
+    def localize(observation: Observation) -> tuple[Estimate, FloatArray | None]:
+        info = FrameInfo(next(count), "", observation.timestamp_s, observation.odometry)
+        return tracker.update(Frame(info, observation.image)), None
+
+    return localize
 
 
 def drive(

@@ -7,8 +7,18 @@ from andante.evaluation.experiments import Scale, run_experiment
 from andante.evaluation.experiments.cache import rendered
 from andante.evaluation.experiments.navigation import figures_of
 from andante.evaluation.experiments.navigation_maps import SEEN_BY, CostMap, cost_maps, travel_correlations
-from andante.evaluation.experiments.navigation_trials import DRIVERS, KERNEL, THESIS, Result, Task, World, run_tasks
+from andante.evaluation.experiments.navigation_trials import (
+    DRIVERS,
+    KERNEL,
+    MAP,
+    THESIS,
+    Result,
+    Task,
+    World,
+    run_tasks,
+)
 from andante.evaluation.experiments.navigation_world import GRID, MAPPED, Errand, Lawn, navigation_plan
+from andante.mapping import build_map
 from andante.navigation import KERNEL_SIGHT, THESIS_SIGHT, Limits, learn_sight
 from andante.simulator import make_garden
 
@@ -36,10 +46,11 @@ def lawn(plan):
     return Lawn(make_garden(plan.garden))
 
 
-def test_every_driver_drives(plan, sights):
+def test_every_driver_drives(plan, recordings, sights):
     world = World(plan.garden, plan.camera, plan.sessions[0].conditions)
     errand = Errand((0.0, -1.0, 1.0), (0.5, 1.0), 2.1)
     keyed = {("lawn", name): sight for name, sight in sights.items()}
+    keyed["lawn", MAP] = build_map([recordings[MAPPED]])
     told = []
     results = run_tasks(
         [Task(driver.name, "lawn", world, errand, 3) for driver in DRIVERS],
@@ -63,7 +74,7 @@ def test_the_experiment_writes_its_files(embree, monkeypatch, tmp_path):
     )
     values = json.loads(written.json.read_text(encoding="utf-8"), parse_constant=pytest.fail)
     cases = values["figures"]["cases"]
-    assert [len(cases[f"{lawn}, four pairs"]) for lawn in ("in the open", "around the obstacle")] == [3, 3]
+    assert [len(cases[f"{lawn}, four pairs"]) for lawn in ("in the open", "around the obstacle")] == [4, 4]
     assert cases["in the open, four pairs"]["andante's gradient"]["drives"] == 4
     assert "the obstacle moved by 0.9 m" in cases
     assert len(written.plots) == 4

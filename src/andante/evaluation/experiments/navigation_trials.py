@@ -5,7 +5,7 @@ from __future__ import annotations
 import multiprocessing
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import cv2
@@ -13,8 +13,22 @@ import numpy as np
 
 from andante.data import FloatArray, Pose2D
 from andante.evaluation.experiments.navigation_world import ROBOT_RADIUS_M, Errand
-from andante.mapping import Progress
-from andante.navigation import CommuteNavigator, GradientNavigator, GradientSettings, Limits, SlowCost, SlowSight, drive
+from andante.localization import make_tracker
+from andante.mapping import Progress, SlowMap
+from andante.navigation import (  # fmt: skip
+    CommuteNavigator,
+    GradientNavigator,
+    GradientSettings,
+    Guarded,
+    Limits,
+    Localize,
+    PlaceGraph,
+    PlaceGraphNavigator,
+    SlowCost,
+    SlowSight,
+    drive,
+    tracked,
+)
 from andante.protocols import Navigator, Observation, VelocityCommand
 from andante.sfa import one_thread
 from andante.simulator import (
@@ -52,12 +66,13 @@ class World:
 class Driver:
     """One way to navigate: which sight it needs, and how to make a navigator from the goal's slow features.
 
-    ``aside`` ones show what a part of the method is worth, on fewer drives.
+    The place graph needs a map instead, and is told where the goal is. ``aside`` ones show what a part of the method is
+    worth, on fewer drives.
     """
 
     name: str
     sight: str
-    make: Callable[[FloatArray, FloatArray, bool], Navigator]
+    make: Callable[[FloatArray, FloatArray, bool], Navigator] | None
     """Slow features of the goal (k,), deltas (k,), whether there is an obstacle."""
     aside: bool = False
 
@@ -113,10 +128,10 @@ def _thesis_settings(obstacle: bool) -> GradientSettings:
     return GradientSettings(window_m=_THESIS_WINDOW_M if obstacle else None)
 
 
-Sights = Mapping[tuple[str, str], SlowSight]
-"""By the name of the lawn and that of the sight."""
+Sights = Mapping[tuple[str, str], SlowSight | SlowMap]
+"""By the name of the lawn and that of the sight, or ``MAP``."""
 
-THESIS, KERNEL = "thesis", "kernel"
+THESIS, KERNEL, MAP = "thesis", "kernel", "map"
 DRIVERS = (
     Driver("thesis' gradient", THESIS, _thesis),
     Driver("thesis' gradient, commute-time scaled", THESIS, _scaled),
@@ -124,6 +139,7 @@ DRIVERS = (
     Driver("andante's gradient, thesis' features", THESIS, _better, aside=True),
     Driver("andante's gradient, commute time", KERNEL, _commute, aside=True),
     Driver("andante's gradient", KERNEL, _better),
+    Driver("place graph", MAP, None),
 )
 
 
@@ -154,10 +170,10 @@ def _tell(progress: Progress | None, done: int, total: int) -> None:
         progress("drives", done, total)
 
 
-_SIGHTS: dict[tuple[str, str], SlowSight] = {}
+_SIGHTS: dict[tuple[str, str], SlowSight | SlowMap] = {}
 
 
-def _begin(sights: dict[tuple[str, str], SlowSight]) -> None:
+def _begin(sights: dict[tuple[str, str], SlowSight | SlowMap]) -> None:
     cv2.setNumThreads(1)
     _SIGHTS.update(sights)
 
@@ -168,11 +184,9 @@ def _work(task: Task) -> Result:
 
 def _drive(task: Task, sights: Sights) -> Result:
     driver = next(one for one in DRIVERS if one.name == task.driver)
-    sight, world, (x, y) = sights[task.lawn, driver.sight], task.world, task.errand.goal
-    before = world.goal_conditions or world.conditions
+    world, (x, y) = task.world, task.errand.goal
     with one_thread():
-        picture = _renderer(world.garden, world.camera, before).render(Pose2D(x, y, 0.0), _GOAL_PICTURE).image
-        navigator = driver.make(sight.slow(picture), sight.deltas, bool(world.garden.walls))
+        navigator, localize = _ready(driver, sights[task.lawn, driver.sight], task)
         robot = WatchedRobot(
             _scene(world.garden),
             Pose2D(*task.errand.start),
@@ -183,7 +197,7 @@ def _drive(task: Task, sights: Sights) -> Result:
             range_reach_m=REACH_M,
             seed=task.seed,
         )
-        run = drive(robot, sight.localize, navigator)
+        run = drive(robot, localize, navigator)
     way = np.array(robot.xy_m)
     return Result(
         distance_m=float(np.hypot(*(way[-1] - (x, y)))),
@@ -195,6 +209,17 @@ def _drive(task: Task, sights: Sights) -> Result:
         xy_m=way,
         milliseconds=run.milliseconds,
     )
+
+
+def _ready(driver: Driver, learnt: SlowSight | SlowMap, task: Task) -> tuple[Navigator, Localize]:
+    world, goal = task.world, Pose2D(*task.errand.goal, 0.0)
+    if isinstance(learnt, SlowMap):
+        inner = PlaceGraphNavigator(PlaceGraph.of(learnt), replace(goal, heading_rad=None), LIMITS)
+        return Guarded(inner), tracked(make_tracker(learnt, seed=task.seed))
+    assert driver.make is not None
+    before = world.goal_conditions or world.conditions
+    picture = _renderer(world.garden, world.camera, before).render(goal, _GOAL_PICTURE).image
+    return driver.make(learnt.slow(picture), learnt.deltas, bool(world.garden.walls)), learnt.localize
 
 
 class WatchedRobot(SimulatedRobot):
