@@ -8,7 +8,20 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from andante.cli import demo, doctor, evaluate, experiment, export, history, info, localize, merge, simulate, update
+from andante.cli import (
+    demo,
+    doctor,
+    evaluate,
+    experiment,
+    export,
+    history,
+    info,
+    localize,
+    merge,
+    navigate,
+    simulate,
+    update,
+)
 from andante.cli import map as map_
 from andante.cli.output import complain, examples
 from andante.errors import AndanteError
@@ -65,6 +78,7 @@ app.command("merge", epilog=merge.EPILOG)(merge.command)
 app.command("history", epilog=history.HISTORY_EPILOG)(history.history)
 app.command("rollback", epilog=history.ROLLBACK_EPILOG)(history.rollback)
 app.command("simulate", epilog=simulate.EPILOG)(simulate.command)
+app.command("navigate", epilog=navigate.EPILOG)(navigate.command)
 app.command("export", epilog=export.EPILOG)(export.command)
 app.command("info", epilog=info.EPILOG)(info.command)
 app.command("doctor", epilog=doctor.EPILOG)(doctor.command)

@@ -44,8 +44,8 @@ OPEN, OBSTACLE = "in the open", "around the obstacle"
 NOTE = (
     "False are drives that claim to have arrived, more than 0.8 m away. "
     "Every image is rendered where the robot is: no table of features is behind these drives. The gradient "
-    "methods are patented (EP3367061B1, US10955852B2); the place graph, which is told where the goal is and drives with "
-    "the guard on, uses none of it."
+    "methods are patented (EP3367061B1, US10955852B2); the place graph, which is told where the goal is and drives "
+    "with the guard on, uses none of it."
 )
 _COLUMNS = (
     "navigator", "< 0.3 m [%]", "< 0.5 m [%]", "< 0.8 m [%]", "hit [%]", "false [%]", "median end [m]",
