@@ -23,6 +23,7 @@ def test_commands():
         "history",
         "rollback",
         "simulate",
+        "navigate",
         "export",
         "info",
         "doctor",

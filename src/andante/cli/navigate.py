@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import numpy as np
 import typer
 
 from andante.cli.options import AsJson, MapFile, check_folder
@@ -93,6 +92,8 @@ def _drive(
     slowmap: SlowMap, world: SimulatedWorld, goal: Pose2D, start: str | None, options: Options
 ) -> tuple[dict[str, Any], str]:
     """The figures of a drive and its picture."""
+    import numpy as np
+
     from andante.evaluation.drive_plot import drive_plot
     from andante.evaluation.experiments.navigation_trials import WatchedRobot
     from andante.localization import make_tracker
@@ -137,6 +138,8 @@ def _drive(
 
 
 def _start(slowmap: SlowMap, seed: int) -> Pose2D:
+    import numpy as np
+
     from andante.data import Pose2D
 
     rng = np.random.default_rng(seed)
@@ -166,7 +169,7 @@ def _numbers(text: str, option: str, counts: tuple[int, ...]) -> Pose2D:
         numbers = [float(word) for word in text.split(",")]
     except ValueError:
         numbers = []
-    if len(numbers) not in counts or not np.isfinite(numbers).all():
+    if len(numbers) not in counts or not all(map(math.isfinite, numbers)):
         form = "X,Y,HEADING" if counts == (3,) else "X,Y or X,Y,HEADING"
         raise InputError(f"{option} {text!r} is no pose; give {form} in metres and radians, such as 1.5,-2,0.5")
     return Pose2D(*numbers)

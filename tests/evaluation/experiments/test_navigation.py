@@ -67,6 +67,16 @@ def test_every_driver_drives(plan, recordings, sights):
     np.testing.assert_array_equal(again.xy_m, results[0].xy_m)
 
 
+def test_a_goal_off_the_map_is_a_drive_that_did_not_arrive(plan, recordings):
+    world = World(plan.garden, plan.camera, plan.sessions[0].conditions)
+    errand = Errand((0.0, -1.0, 1.0), (90.0, -1.0), 90.0)
+    slowmap = build_map([recordings[MAPPED]])
+    result = run_tasks([Task("place graph", "lawn", world, errand, 3)], {("lawn", MAP): slowmap})[0]
+    assert (result.state, result.distance_m) == ("refused", 90.0)
+    assert "from everything that was mapped" in result.reason
+    assert figures_of([result], [errand])["milliseconds"] is None
+
+
 def test_the_experiment_writes_its_files(embree, monkeypatch, tmp_path):
     monkeypatch.setattr("andante.evaluation.experiments.navigation_trials.LIMITS", Limits(timeout_s=4.0))
     written = run_experiment(

@@ -224,6 +224,7 @@ def figures_of(found: Sequence[Result], errands: Sequence[Errand]) -> dict[str, 
     end = np.array([one.distance_m for one in found])
     there = end < 0.5
     ratio = np.array([one.way_m / errand.shortest_m for one, errand in zip(found, errands, strict=True)])
+    milliseconds = np.concatenate([one.milliseconds for one in found])
     states: dict[str, int] = {}
     for one in found:
         states[one.state] = states.get(one.state, 0) + 1
@@ -235,7 +236,7 @@ def figures_of(found: Sequence[Result], errands: Sequence[Errand]) -> dict[str, 
         "median_m": float(np.median(end)),
         "way_over_shortest": float(np.median(ratio[there])) if there.any() else None,
         "seconds": float(np.median([one.seconds for one in found])),
-        "milliseconds": float(np.median(np.concatenate([one.milliseconds for one in found]))),
+        "milliseconds": float(np.median(milliseconds)) if len(milliseconds) else None,
         "states": states,
         "ends_m": _rounded(end),
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -12,6 +13,7 @@ import cv2
 import numpy as np
 
 from andante.data import FloatArray, Pose2D
+from andante.errors import InputError
 from andante.evaluation.experiments.navigation_world import ROBOT_RADIUS_M, Errand
 from andante.localization import make_tracker
 from andante.mapping import Progress, SlowMap
@@ -186,7 +188,10 @@ def _drive(task: Task, sights: Sights) -> Result:
     driver = next(one for one in DRIVERS if one.name == task.driver)
     world, (x, y) = task.world, task.errand.goal
     with one_thread():
-        navigator, localize = _ready(driver, sights[task.lawn, driver.sight], task)
+        try:
+            navigator, localize = _ready(driver, sights[task.lawn, driver.sight], task)
+        except InputError as error:  # a goal where no map is: a drive that did not arrive
+            return _stayed(task.errand, str(error))
         robot = WatchedRobot(
             _scene(world.garden),
             Pose2D(*task.errand.start),
@@ -209,6 +214,11 @@ def _drive(task: Task, sights: Sights) -> Result:
         xy_m=way,
         milliseconds=run.milliseconds,
     )
+
+
+def _stayed(errand: Errand, reason: str) -> Result:
+    xy = np.array([errand.start[:2]])
+    return Result(math.dist(xy[0], errand.goal), 0, 0.0, 0.0, "refused", reason, xy, np.empty(0))
 
 
 def _ready(driver: Driver, learnt: SlowSight | SlowMap, task: Task) -> tuple[Navigator, Localize]:
