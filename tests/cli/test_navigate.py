@@ -3,7 +3,8 @@ import math
 
 import pytest
 
-from andante.simulator import make_garden
+from andante.cli.worlds import world_of
+from andante.simulator import GardenSpec, SimulatedCamera, make_garden
 from andante.simulator.plan import Plan
 
 PLAN = """
@@ -88,6 +89,20 @@ def test_expected_errors(andante, mapped, fails, options, message):
 def test_a_folder_that_was_not_simulated_is_no_world(andante, garden, fails, tmp_path):
     fails(andante("navigate", garden.map, "--world", garden.monday, "--goal=1,0"), r".*was not simulated")
     fails(andante("navigate", garden.map, "--world", tmp_path, "--goal=1,0"), r".*holds no recording")
+
+
+def test_a_rendered_folder_tells_its_world(andante, mapped, fails, tmp_path):
+    options = ("--size", "10x10", "--sessions", "winter", "--frames", 2, "--image-px", 64, "--workers", 1)
+    assert andante("simulate", "-o", tmp_path, *options).exit_code == 0
+    for path in (tmp_path, tmp_path / "winter"):
+        world = world_of(path, None)
+        assert (world.garden, world.conditions.season) == (GardenSpec(seed=0, size_x_m=10, size_y_m=10), "winter")
+        assert world.camera.spec == SimulatedCamera(width_px=64, height_px=64).spec
+    assert world_of(tmp_path, "summer").conditions.season == "summer"
+    fails(
+        andante("navigate", mapped / "lawn.andante", "--world", mapped / "world", "--goal=0,0"),
+        r".*does not say which elevations its panorama shows; give its plan instead",
+    )
 
 
 def test_one_goal_is_needed(andante, garden):

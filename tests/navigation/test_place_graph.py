@@ -1,10 +1,13 @@
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.sparse.csgraph import dijkstra
 
 from andante.data import Pose2D
-from andante.errors import InputError
+from andante.errors import InputError, MapError
+from andante.mapping import build_map
 from andante.navigation import DriveState, Guarded, Limits, PlaceGraph, PlaceGraphNavigator, drive
 from andante.navigation.place_graph import length_m
 
@@ -57,8 +60,6 @@ def test_the_shortest_way_equals_bellman_ford(walled):
             lengths[a], lengths[b] = min(lengths[a], lengths[b] + step), min(lengths[b], lengths[a] + step)
         if (before == lengths).all():
             break
-    from scipy.sparse.csgraph import dijkstra
-
     np.testing.assert_allclose(dijkstra(walled._matrix(()), directed=False, indices=0), lengths)
 
 
@@ -98,6 +99,18 @@ def test_goals_off_the_map_are_refused(field):
         PlaceGraphNavigator(field, Pose2D(9.0, 0.0))
     with pytest.raises(InputError, match=r"at least one driven position"):
         PlaceGraph([])
+
+
+def test_a_map_that_remembers_its_drives_makes_a_graph(garden):
+    slowmap = build_map(garden.two_days())
+    graph = PlaceGraph.of(slowmap)
+    way = graph.path(slowmap.memory[0].xy[0], slowmap.memory[0].xy[20])
+    assert way is not None
+    assert 5.0 < length_m(way) < 7.5  # along the loop, not across it
+    with pytest.raises(MapError, match=r"does not remember its drives; load it with its memory"):
+        PlaceGraph.of(replace(slowmap, memory=None))
+    with pytest.raises(InputError, match=r"numbered places, not positions"):
+        PlaceGraph.of(replace(slowmap, unit="place"))
 
 
 @pytest.mark.parametrize("heading", [True, False])
