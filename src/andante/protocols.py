@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from andante.data import CameraSpec, Estimate, Fix, Frame, FrameInfo, ImageArray, Pose2D
+from andante.data import CameraSpec, Estimate, Fix, FloatArray, Frame, FrameInfo, ImageArray, Pose2D
 
 SkipCallback = Callable[[FrameInfo, str], None]
 """Called with a frame that had to be skipped and a one-line reason."""
@@ -128,12 +129,17 @@ class VelocityCommand:
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """What a robot senses after a step: its picture, its drifting odometry, whether it bumped."""
+    """What a robot senses after a step: its picture, its drifting odometry, whether it bumped.
+
+    ``range_m`` is how far it could go straight on before it touched something, as far as its sensor reaches, and
+    ``None`` where it has no such sensor.
+    """
 
     timestamp_s: float
     image: ImageArray
     odometry: Pose2D
     bumped: bool
+    range_m: float | None = None
 
 
 @runtime_checkable
@@ -147,4 +153,65 @@ class Robot(Protocol):
 
     def step(self, command: VelocityCommand, duration_s: float) -> Observation:
         """Drive for a while, then look."""
+        ...
+
+
+class DriveState(StrEnum):
+    """What a navigator is about."""
+
+    DRIVING = "driving"
+    RECOVERING = "recovering"
+    ARRIVED = "arrived"
+    BLOCKED = "blocked"
+    TIMED_OUT = "timed_out"
+    STOPPED = "stopped"
+
+    @property
+    def over(self) -> bool:
+        """Whether the navigator will not drive any more."""
+        return self not in (DriveState.DRIVING, DriveState.RECOVERING)
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """All that a navigator is told of one moment.
+
+    ``estimate`` is the live pose in the frame of the map, ``odometry`` that of the wheels in a frame of its own, which
+    drifts. ``range_m`` is the free way ahead, where a sensor tells it; ``slow`` (k,) are the slow features of the
+    current image, where somebody computed them.
+    """
+
+    timestamp_s: float
+    estimate: Estimate
+    odometry: Pose2D
+    bumped: bool = False
+    range_m: float | None = None
+    slow: FloatArray | None = None
+
+
+@runtime_checkable
+class Navigator(Protocol):
+    """Where the robot is in, how it should move out, until it has arrived or gives up."""
+
+    @property
+    def name(self) -> str:
+        """The name in tables."""
+        ...
+
+    @property
+    def state(self) -> DriveState:
+        """What it is about; once this is over, every command is to stand still."""
+        ...
+
+    @property
+    def reason(self) -> str:
+        """Why it is in this state, in words."""
+        ...
+
+    def command(self, view: View) -> VelocityCommand:
+        """One control step. Time stamps increase from call to call."""
+        ...
+
+    def stop(self, reason: str = "stopped from outside") -> None:
+        """Drive no more; the state becomes stopped where it was not over already."""
         ...

@@ -24,6 +24,7 @@ def test_commands():
         "history",
         "rollback",
         "simulate",
+        "navigate",
         "export",
         "info",
         "doctor",

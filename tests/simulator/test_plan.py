@@ -44,7 +44,7 @@ def test_a_plan_is_read_with_defaults_for_what_it_leaves_out(tmp_path):
     [
         (
             ("seed = 3", "sed = 3"),
-            r"plan .*plan.toml: unknown key 'garden.sed'; allowed here are seed, size_x_m, size_y_m, v_obstacle",
+            r"plan .*plan.toml: unknown key 'garden.sed'; allowed here are seed, size_x_m, size_y_m, v_obstacle, walls",
         ),
         (('"winter"', '"monsoon"'), r"season = 'monsoon' is not allowed: input should be 'spring', 'summer'"),
         (('kind = "border"', 'kind = "spiral"'), r"drive = .* is not allowed: .*'border', 'infield', 'grid', 'poses'"),

@@ -18,6 +18,7 @@ from andante.cli import (
     info,
     localize,
     merge,
+    navigate,
     simulate,
     track,
     update,
@@ -80,6 +81,7 @@ app.command("merge", epilog=merge.EPILOG)(merge.command)
 app.command("history", epilog=history.HISTORY_EPILOG)(history.history)
 app.command("rollback", epilog=history.ROLLBACK_EPILOG)(history.rollback)
 app.command("simulate", epilog=simulate.EPILOG)(simulate.command)
+app.command("navigate", epilog=navigate.EPILOG)(navigate.command)
 app.command("export", epilog=export.EPILOG)(export.command)
 app.command("info", epilog=info.EPILOG)(info.command)
 app.command("doctor", epilog=doctor.EPILOG)(doctor.command)

@@ -30,7 +30,7 @@ def localized_garden(evaluation: Evaluation, mapped_m: FloatArray, view: TopView
         figure = Figure(figsize=(6.4, 6.0), layout="constrained")
         axes = figure.add_subplot()
         axes.imshow(view.image, extent=view.extent_m, alpha=0.75)
-        for corners in _corners(obstacles):
+        for corners in footprint_corners(obstacles):
             axes.add_patch(Polygon(corners.tolist(), fill=False, ec="#20242a", lw=0.6))
         axes.plot(*mapped_m.T, ".", ms=2.0, color="#101418", alpha=0.5, label="mapped", rasterized=True)
         axes.plot(*truth.T, "-", color="#e0a92a", lw=2.2, label="driven")
@@ -63,7 +63,7 @@ def feature_maps(maps: SpatialMaps, obstacles: Obstacles | None = None, title: s
             axes.imshow(
                 image, extent=(left, right, bottom, top), origin="lower", cmap="RdBu_r", vmin=-bound, vmax=bound
             )
-            for corners in _corners(obstacles) if obstacles is not None else ():
+            for corners in footprint_corners(obstacles) if obstacles is not None else ():
                 axes.add_patch(Polygon(corners.tolist(), fill=False, ec=INK, lw=0.8))
             axes.set(xlim=(left, right), ylim=(bottom, top), xticks=[], yticks=[])
             axes.set_title(f"{title}{number + 1}", fontsize=9)
@@ -77,7 +77,7 @@ def extent_m(maps: SpatialMaps) -> tuple[float, float, float, float]:
     return float(x[0] - half[0]), float(x[-1] + half[0]), float(y[0] - half[1]), float(y[-1] + half[1])
 
 
-def _corners(obstacles: Obstacles) -> list[FloatArray]:
+def footprint_corners(obstacles: Obstacles) -> list[FloatArray]:
     """The four corners (4, 2) of every footprint."""
     found = []
     for x, y, heading, half_x, half_y in obstacles.rows:

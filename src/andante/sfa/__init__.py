@@ -26,6 +26,7 @@ turn into named arrays for a file. Nothing here knows of cameras, poses or image
 from andante.sfa.expansion import expand_quadratic, expanded_dim, term_names
 from andante.sfa.hierarchical import HierarchicalSFA
 from andante.sfa.hierarchy import HierarchicalModel
+from andante.sfa.kernel import KernelModel, KernelSFA
 from andante.sfa.layers import LANDMARK_LAYERS, PANORAMA_LAYERS, Layer, grids_of
 from andante.sfa.linear import LinearSFA
 from andante.sfa.model import AffineModel, SlowModel
@@ -43,6 +44,8 @@ __all__ = [
     "AffineModel",
     "HierarchicalModel",
     "HierarchicalSFA",
+    "KernelModel",
+    "KernelSFA",
     "Layer",
     "LinearSFA",
     "Moments",

@@ -8,7 +8,7 @@ from andante.simulator.boxes import ObjectBox, object_boxes
 from andante.simulator.camera import SimulatedCamera
 from andante.simulator.conditions import Conditions
 from andante.simulator.export import Progress, render_plan, render_session, render_sessions
-from andante.simulator.garden import Garden, GardenSpec, Scene, Thing
+from andante.simulator.garden import Garden, GardenSpec, Scene, Thing, Wall
 from andante.simulator.layout import make_garden
 from andante.simulator.odometry import Odometer, OdometryNoise
 from andante.simulator.plan import Plan, Session
@@ -38,6 +38,7 @@ __all__ = [
     "SimulatedRecording",
     "SimulatedRobot",
     "Thing",
+    "Wall",
     "make_garden",
     "object_boxes",
     "render_plan",

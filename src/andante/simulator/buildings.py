@@ -24,6 +24,7 @@ _DOORS = ((0.10, 0.16, 0.08), (0.25, 0.09, 0.05), (0.12, 0.16, 0.26), (0.42, 0.4
 _GLASS = Paint(0.035, 0.055, 0.085, Layer.SMOOTH, Matter.INDOOR)
 _FRAME = Paint(0.72, 0.71, 0.68, Layer.SMOOTH, Matter.INDOOR)
 _METAL = Paint(0.25, 0.26, 0.27)
+_BOARD = Paint(0.62, 0.55, 0.40, Layer.WOOD)
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,6 +213,11 @@ def path(points: Sequence[tuple[float, float]], width_m: float) -> Mesh:
 
 def v_obstacle(arm_m: float, height_m: float) -> Mesh:
     """Two walls that meet at the origin and open towards +x (thesis chapter 9)."""
-    board = Paint(0.62, 0.55, 0.40, Layer.WOOD)
-    arm = box((0.0, -0.04, 0.0), (arm_m, 0.04, height_m), board)
+    arm = box((0.0, -0.04, 0.0), (arm_m, 0.04, height_m), _BOARD)
     return Mesh.joined([arm.placed(0.0, 0.0, turn) for turn in (np.pi / 4.0, -np.pi / 4.0)])
+
+
+def board_wall(length_m: float, height_m: float, thickness_m: float) -> Mesh:
+    """A wall along x, centred."""
+    half, deep = length_m / 2.0, thickness_m / 2.0
+    return box((-half, -deep, 0.0), (half, deep, height_m), _BOARD)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
 from andante.simulator.border import Border
 from andante.simulator.mesh import Mesh
@@ -21,13 +21,33 @@ NO_OBJECT = -1
 _Side = Annotated[float, Field(ge=8.0, le=120.0)]
 
 
+class Wall(Settings):
+    """A wall of boards that stands free on the lawn, along a line of two points or more, in metres."""
+
+    points_m: Annotated[tuple[tuple[float, float], ...], Field(min_length=2, max_length=100)]
+    height_m: Annotated[float, Field(gt=0, le=5)] = 1.0
+    thickness_m: Annotated[float, Field(gt=0, le=1)] = 0.08
+
+
 class GardenSpec(Settings):
-    """Which garden: another seed is another layout. The thesis has 15 x 15 m and about 57 x 44 m."""
+    """Which garden: another seed is another layout. The thesis has 15 x 15 m and about 57 x 44 m.
+
+    ``walls`` are put up last, wherever they are told to stand: the rest of the garden is the same with and without.
+    """
 
     seed: Annotated[int, Field(ge=0)] = 0
     size_x_m: _Side = 15.0
     size_y_m: _Side = 15.0
     v_obstacle: bool = False
+    walls: tuple[Wall, ...] = ()
+
+    @model_serializer(mode="wrap")
+    def _without_no_walls(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """A garden without walls is told as ever, so that recordings of it keep their fingerprints."""
+        values: dict[str, Any] = handler(self)
+        if not self.walls:
+            del values["walls"]
+        return values
 
 
 @dataclass(frozen=True, slots=True)

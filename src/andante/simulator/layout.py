@@ -40,6 +40,7 @@ def make_garden(spec: GardenSpec) -> Garden:
     planner.add_inner_landmarks()
     planner.add_trees()
     planner.add_small_things()
+    planner.add_walls()
     return Garden(spec, planner.border, tuple(planner.things))
 
 
@@ -226,6 +227,17 @@ class _Planner:
             if self._free(x, y, 0.5):
                 self._put(kind, build(self._generator()), (x, y, turn), (half_x, half_y))
         self._put("path", buildings.path(self._path_points(), 0.8), (0.0, 0.0, 0.0))
+
+    def add_walls(self) -> None:
+        """What the garden is told to have besides; draws no random numbers."""
+        for wall in self.spec.walls:
+            parts, footprints = [], []
+            for (x0, y0), (x1, y1) in pairwise(wall.points_m):
+                length, turn = float(np.hypot(x1 - x0, y1 - y0)), float(np.arctan2(y1 - y0, x1 - x0))
+                x, y = (x0 + x1) / 2.0, (y0 + y1) / 2.0
+                parts.append(buildings.board_wall(length, wall.height_m, wall.thickness_m).placed(x, y, turn))
+                footprints.append(Footprint(x, y, turn, length / 2.0, wall.thickness_m / 2.0))
+            self.things.append(Thing("wall", Mesh.joined(parts), tuple(footprints)))
 
     def _along_fence(self, away_m: float) -> tuple[float, float]:
         """A random place ``away_m`` outside of the rectangle of the garden."""

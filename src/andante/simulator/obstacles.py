@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike
 
 from andante.data import FloatArray
 
+_TOUCH_M = 0.01
+
 
 @dataclass(frozen=True, slots=True)
 class Footprint:
@@ -49,6 +51,23 @@ class Obstacles:
         outside = np.hypot(np.maximum(beyond_x, 0.0), np.maximum(beyond_y, 0.0))
         inside = np.minimum(np.maximum(beyond_x, beyond_y), 0.0)
         return np.asarray((outside + inside).min(axis=1), np.float64)
+
+    def free_way_m(self, xy_m: tuple[float, float], heading_rad: float, *, radius_m: float, reach_m: float) -> float:
+        """How far a disc could go straight on before it touched something, at most ``reach_m``.
+
+        Each stride is as long as the disc has room, so that none can jump over a thing. A disc that touches something
+        already may leave it: what it touches bars only the way that leads nearer.
+        """
+        here = float(self.clearance_m([xy_m])[0])
+        radius = min(radius_m, here - _TOUCH_M)
+        way = 0.0
+        while way < reach_m:
+            at = (xy_m[0] + way * np.cos(heading_rad), xy_m[1] + way * np.sin(heading_rad))
+            room = float(self.clearance_m([at])[0]) - radius
+            if room < _TOUCH_M / 2.0:
+                return way
+            way += room
+        return reach_m
 
 
 def joined(parts: Sequence[Obstacles]) -> Obstacles:

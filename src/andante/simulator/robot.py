@@ -20,8 +20,10 @@ _SUBSTEP_RAD = 0.05
 class SimulatedRobot:
     """Implements ``Robot``: a disc of ``radius_m`` that never enters an obstacle, and can leave one it is in.
 
-    ``pose`` is where it really is, which a program under test must not ask. Raises ``MissingExtraError``
-    without embreex.
+    With ``range_reach_m`` it has a range sensor that looks straight ahead so far, as wide as the robot and
+    ``range_margin_m`` more on either side. ``pose`` is where it really is, which a program under test must not ask.
+    Many drives in one scene share a ``renderer``, which takes half a second to make; it decides about conditions and
+    the noise of images. Raises ``MissingExtraError`` without embreex.
     """
 
     def __init__(
@@ -33,12 +35,16 @@ class SimulatedRobot:
         camera: SimulatedCamera | None = None,
         noise: OdometryNoise | None = None,
         radius_m: float = 0.2,
+        range_reach_m: float | None = None,
+        range_margin_m: float = 0.05,
+        renderer: Renderer | None = None,
         seed: int = 0,
     ) -> None:
         self._obstacles = scene.obstacles
         self._radius_m = radius_m
+        self._range_reach_m, self._range_margin_m = range_reach_m, range_margin_m
         self._camera = camera or SimulatedCamera()
-        self._renderer = Renderer(scene, conditions or Conditions(), self._camera, seed)
+        self._renderer = renderer or Renderer(scene, conditions or Conditions(), self._camera, seed)
         rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(40,)))
         self._odometer = Odometer(noise or OdometryNoise(), rng)
         self.pose = Pose2D(start.x_m, start.y_m, start.heading_rad or 0.0)
@@ -67,7 +73,7 @@ class SimulatedRobot:
         self._time_s += duration_s
         self._steps += 1
         image = self._renderer.render(self.pose, self._steps).image
-        return Observation(self._time_s, image, self._odometer.pose, bumped or self.stuck)
+        return Observation(self._time_s, image, self._odometer.pose, bumped or self.stuck, self._range_m())
 
     def _drive(self, command: VelocityCommand, duration_s: float) -> bool:
         """Small arcs, so that nothing is jumped over; returns whether one was blocked."""
@@ -90,6 +96,13 @@ class SimulatedRobot:
             half = turn / parts / 2.0
             self._odometer.advance(forward * np.cos(half), forward * np.sin(half), turn / parts, duration_s / parts)
         return blocked
+
+    def _range_m(self) -> float | None:
+        if self._range_reach_m is None:
+            return None
+        at, heading = (self.pose.x_m, self.pose.y_m), self.pose.heading_rad or 0.0
+        radius = self._radius_m + self._range_margin_m
+        return self._obstacles.free_way_m(at, heading, radius_m=radius, reach_m=self._range_reach_m)
 
     def _room_m(self, x_m: float, y_m: float) -> float:
         return float(self._obstacles.clearance_m([(x_m, y_m)])[0]) - self._radius_m

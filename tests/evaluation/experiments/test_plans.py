@@ -89,7 +89,7 @@ def test_parts_of_the_single_plan_have_the_same_pictures():
         ({"image_px": 20}, "image_px = '20' is not allowed"),
         ({"sessions": 1}, "sessions = '1' is not allowed"),
         ({"permutations": 0}, "permutations = '0' is not allowed"),
-        ({"frame": 80}, "unknown key 'frame'; allowed here are frames, image_px"),
+        ({"frame": 80}, "unknown key 'frame'; allowed here are errands, frames, image_px"),
     ],
 )
 def test_scales_are_checked(values, message):

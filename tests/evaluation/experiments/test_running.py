@@ -12,7 +12,11 @@ from andante.mapping import MapConfig
 TINY = Scale(frames=70, image_px=64, sessions=3, permutations=1)
 
 
-@pytest.mark.parametrize("name", [experiment.name for experiment in EXPERIMENTS])
+RECORDED = [experiment.name for experiment in EXPERIMENTS if experiment.name != "navigation"]
+"""Navigation drives instead of recording: see test_navigation.py."""
+
+
+@pytest.mark.parametrize("name", RECORDED)
 def test_all_experiments_write_their_files(embree, name, cache, tmp_path):
     written = run_experiment(name, tmp_path / "out", scale=TINY, cache=cache, seed=5)
     values = json.loads(written.json.read_text(encoding="utf-8"), parse_constant=pytest.fail)
@@ -54,8 +58,9 @@ def test_the_scale_decides_the_plan(monkeypatch, tmp_path):
 
 
 def test_the_thesis_scales():
-    assert [one.full.frames for one in EXPERIMENTS] == [279, 279, 279, 297, 297, 297, 297]
+    assert [one.full.frames for one in EXPERIMENTS] == [279, 279, 279, 297, 297, 297, 297, 15_000]
     assert (experiment_named("long-term").full.sessions, experiment_named("long-term").full.permutations) == (10, 15)
+    assert (experiment_named("navigation").full.errands, experiment_named("navigation").full.repeats) == (200, 5)
 
 
 def test_unknown_experiment(tmp_path):

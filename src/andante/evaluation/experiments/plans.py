@@ -27,14 +27,17 @@ class Scale(Settings):
 
     ``frames`` of a session, ``image_px`` is the side of its square fisheye images; ``sessions`` and
     ``permutations`` of them are for the experiments with many sessions, ``runs`` of every scenario for stress. With
-    fewer frames the thesis' regression, of 45 terms, could not be learnt from 70 % of them.
+    fewer frames the thesis' regression, of 45 terms, could not be learnt from 70 % of them. ``errands`` (random pairs of
+    places) and ``repeats`` (of four fixed pairs) are for navigation, whose images are panoramas ``image_px`` wide.
     """
 
-    frames: Annotated[int, Field(ge=70, le=5000)]
+    frames: Annotated[int, Field(ge=70, le=20_000)]
     image_px: Annotated[int, Field(ge=48, le=2048)]
     sessions: Annotated[int, Field(ge=2, le=100)] = 2
     permutations: Annotated[int, Field(ge=1, le=1000)] = 1
     runs: Annotated[int, Field(ge=1, le=10_000)] = 1
+    errands: Annotated[int, Field(ge=1, le=10_000)] = 1
+    repeats: Annotated[int, Field(ge=1, le=100)] = 1
 
 
 def long_term_plan(seed: int, scale: Scale) -> Plan:

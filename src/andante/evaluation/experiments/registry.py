@@ -6,6 +6,8 @@ from functools import partial
 
 from andante.errors import InputError
 from andante.evaluation.experiments.long_term import run_long_term
+from andante.evaluation.experiments.navigation import run_navigation
+from andante.evaluation.experiments.navigation_world import navigation_plan
 from andante.evaluation.experiments.off_map import run_off_map
 from andante.evaluation.experiments.outcome import Experiment
 from andante.evaluation.experiments.plans import COW, GROWING, STATIC, UNSEEN, Scale, long_term_plan, single_plan
@@ -90,6 +92,16 @@ EXPERIMENTS = (
         run=run_off_map,
         small=_SMALL_YEARS,
         full=_FULL_YEARS,
+    ),
+    Experiment(
+        name="navigation",
+        title="Down the slope of slow features",
+        source="9.4, figures 9.1 to 9.6",
+        thesis="85 % within 0.8 m in the open, 70 % around the obstacle",
+        plan=navigation_plan,
+        run=run_navigation,
+        small=Scale(frames=3000, image_px=300, errands=8, repeats=1),
+        full=Scale(frames=15_000, image_px=300, errands=200, repeats=5),
     ),
 )
 

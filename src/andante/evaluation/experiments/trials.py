@@ -64,7 +64,7 @@ class Bench:
 
     def __init__(self, plan: Plan, cache: Path, *, workers: int = 1, progress: Progress | None = None) -> None:
         self.plan, self.store = plan, ResultStore(cache)
-        self._cache, self._workers = cache, workers
+        self.cache, self.workers = cache, workers
         self.progress: Progress = progress or (lambda stage, done, total: None)
         self._recordings: dict[str, FolderRecording] = {}
         self._front_ends: dict[str, FrontEnd] = {}
@@ -142,7 +142,7 @@ class Bench:
     def recording(self, session: str) -> FolderRecording:
         """A session of the plan, rendered where it was not yet."""
         if not self._recordings:
-            self._recordings = rendered(self.plan, self._cache, workers=self._workers, progress=self.progress)
+            self._recordings = rendered(self.plan, self.cache, workers=self.workers, progress=self.progress)
         return self._recordings[session]
 
 
