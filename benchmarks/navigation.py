@@ -77,8 +77,8 @@ def main() -> None:
             if simulated_s - told_s >= REPORT_S:
                 told_s = simulated_s
                 gc.collect()
-                minutes, goals = simulated_s / 60.0, len(milliseconds)
-                print(f"{minutes:4.0f} min: {resident_mb():.0f} MB, {goals} goals, {arrived} reached", flush=True)
+                minutes, driven = simulated_s / 60.0, len(milliseconds)
+                print(f"{minutes:4.0f} min: {resident_mb():.0f} MB, {driven} goals, {arrived} reached", flush=True)
     steps = np.concatenate(milliseconds)
     print(f"{len(steps)} control steps in {time.perf_counter() - begun:.0f} s, rendering included")
     print(f"ms a step: median {np.median(steps):.2f}, 99 % {np.quantile(steps, 0.99):.2f}, longest {steps.max():.1f}")

@@ -30,6 +30,7 @@ _SETTLED_M = 3.0
 """After so much way on the map, what was strayed from before does not count any more."""
 _INWARDS_M = 0.6
 _LEAST_VISIBILITY = 3.0
+"""In fits of pure noise it is about 1, and above 2 now and then where there are few images."""
 _BACKWARD_M, _BACKWARD_M_S = 0.12, 0.15
 _GOLDEN_RAD = 2.399963
 """Multiples of the golden angle are spread evenly, however many there are."""
@@ -81,7 +82,7 @@ class CommuteNavigator(LimitedNavigator):
         super().__init__(name, limits)
         self._cost, self._settings = cost, settings or CommuteSettings()
         self._window = SlopeWindow()
-        self._way_m = 0.0
+        self._begun, self._way_m = False, 0.0
         self._here = np.zeros(2)
         self._heading = 0.0
         self._course: tuple[float, float] | None = None  # downhill, and the way at which that was decided
@@ -121,9 +122,9 @@ class CommuteNavigator(LimitedNavigator):
 
     def _move(self, view: View) -> None:
         here = np.array([view.odometry.x_m, view.odometry.y_m])
-        if self._reason == "not started yet":
+        if not self._begun:
+            self._begun, self._here = True, here
             self._enter(DriveState.DRIVING, "an arc to begin with")
-            self._here = here
         self._way_m += float(np.hypot(*(here - self._here)))
         self._here, self._heading = here, view.odometry.heading_rad or 0.0
 
@@ -221,7 +222,7 @@ class CommuteNavigator(LimitedNavigator):
             self._lowest, self._lowest_at = slope.cost, self._here
         if slope.cost < (1.0 - self._settings.progress) * self._best:
             self._best, self._best_at_m = slope.cost, self._way_m
-        if self._errand is not None or self._way_m - self._best_at_m < self._settings.patience_m:
+        if self._way_m - self._best_at_m < self._settings.patience_m:
             return
         self._recoveries += 1
         if self._recoveries > self._settings.recoveries:

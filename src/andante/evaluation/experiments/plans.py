@@ -27,8 +27,8 @@ class Scale(Settings):
 
     ``frames`` of a session, ``image_px`` is the side of its square fisheye images; ``sessions`` and
     ``permutations`` of them are for the experiments with many sessions, ``runs`` of every scenario for stress. With
-    fewer frames the thesis' regression, of 45 terms, could not be learnt from 70 % of them. ``errands`` (random pairs of
-    places) and ``repeats`` (of four fixed pairs) are for navigation, whose images are panoramas ``image_px`` wide.
+    fewer frames the thesis' regression, of 45 terms, could not be learnt from 70 % of them. ``errands`` (random pairs
+    of places) and ``repeats`` (of four fixed pairs) are for navigation, whose images are panoramas ``image_px`` wide.
     """
 
     frames: Annotated[int, Field(ge=70, le=20_000)]

@@ -72,7 +72,7 @@ class Bench:
 
     def beside(self, plan: Plan) -> Bench:
         """Another plan in the same cache."""
-        return Bench(plan, self._cache, workers=self._workers, progress=self.progress)
+        return Bench(plan, self.cache, workers=self.workers, progress=self.progress)
 
     def run(self, trials: Sequence[Trial]) -> list[Result]:
         """The results of all trials, in order; a killed run goes on after its last finished trial."""
