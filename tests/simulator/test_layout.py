@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from andante.errors import ConfigError
-from andante.simulator import GardenSpec, Scene, make_garden
+from andante.simulator import GardenSpec, Scene, Wall, make_garden
 from andante.simulator.layout import _Planner
+from andante.simulator.obstacles import Obstacles
 from andante.simulator.trajectories import room_m
 
 FINGERPRINT = """
@@ -59,6 +60,27 @@ def test_the_v_obstacle_stands_in_the_lawn():
     arms = next(thing for thing in garden.things if thing.kind == "obstacle").footprints
     assert len(arms) == 2
     assert room_m(garden, [(arm.x_m, arm.y_m) for arm in arms]).max() < 0.0
+
+
+def test_walls_stand_where_they_are_told_and_change_nothing_else():
+    corner = Wall(points_m=((-1.0, 1.0), (0.0, 0.0), (1.0, 1.0)), height_m=0.8, thickness_m=0.1)
+    plain, walled = (make_garden(GardenSpec(seed=3, walls=walls)) for walls in ((), (corner,)))
+    assert [thing.kind for thing in walled.things] == [*(thing.kind for thing in plain.things), "wall"]
+    for one, other in zip(plain.things, walled.things, strict=False):
+        np.testing.assert_array_equal(one.mesh.corners, other.mesh.corners)
+    wall = walled.things[-1]
+    clear = Obstacles.of(wall.footprints).clearance_m([(-0.5, 0.5), (0.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
+    assert clear[:3].max() < 0.01
+    assert clear[3] == pytest.approx(np.sqrt(0.5) - 0.05)
+    assert wall.mesh.corners[..., 2].max() == pytest.approx(0.8)
+
+
+def test_a_garden_without_walls_is_told_as_ever():
+    assert "walls" not in GardenSpec(seed=3).model_dump()
+    spec = GardenSpec(walls=(Wall(points_m=((0.0, 0.0), (1.0, 0.0))),))
+    assert GardenSpec.checked(spec.model_dump(), "here") == spec
+    with pytest.raises(ConfigError, match=r"points_m = .* is not allowed"):
+        Wall(points_m=((0.0, 0.0),))
 
 
 def test_each_object_draws_from_its_own_generator():

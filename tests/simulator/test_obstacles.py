@@ -26,3 +26,22 @@ def test_the_nearest_of_many_counts_and_without_any_there_is_room_everywhere():
     far = Footprint(100.0, 100.0, 0.0, 1.0, 1.0)
     np.testing.assert_allclose(Obstacles.of([BOX, far]).clearance_m([(100.0, 102.5)]), [1.5])
     assert Obstacles.of([]).clearance_m([(0.0, 0.0), (1.0, 1.0)]).tolist() == [np.inf, np.inf]
+
+
+@given(x=st.floats(-4, 6), y=st.floats(-4, 6), heading=st.floats(-3.2, 3.2))
+def test_the_free_way_of_a_disc_ends_where_it_touches(x, y, heading):
+    obstacles = Obstacles.of([BOX])
+    if obstacles.clearance_m([(x, y)])[0] < 0.35:
+        return
+    way = obstacles.free_way_m((x, y), heading, radius_m=0.3, reach_m=5.0)
+    ahead = np.arange(0.0, 5.0, 0.005)
+    room = obstacles.clearance_m(np.column_stack([x + ahead * np.cos(heading), y + ahead * np.sin(heading)]))
+    assert room[ahead <= way].min() >= 0.3  # nothing is jumped over
+    assert way == 5.0 or room[ahead <= way + 0.01].min() < 0.33
+
+
+def test_a_disc_that_touches_something_may_leave_it():
+    obstacles = Obstacles.of([Footprint(0.0, 0.0, 0.0, 1.0, 1.0)])
+    assert obstacles.free_way_m((1.1, 0.0), 0.0, radius_m=0.3, reach_m=2.0) == 2.0
+    assert obstacles.free_way_m((1.1, 0.0), np.pi, radius_m=0.3, reach_m=2.0) < 0.03
+    assert Obstacles.of([]).free_way_m((0.0, 0.0), 0.0, radius_m=0.3, reach_m=2.0) == 2.0

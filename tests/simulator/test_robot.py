@@ -71,3 +71,13 @@ def test_inside_of_something_it_knows_and_only_gets_out(walled):
 def test_impossible_steps_are_refused(walled, speed, duration):
     with pytest.raises(ConfigError, match="a step needs finite numbers and a duration_s of 0 or more"):
         robot(walled).step(VelocityCommand(speed, 0.0), duration)
+
+
+def test_the_range_sensor_looks_as_wide_as_the_robot_straight_ahead(walled):
+    def seen(x, y, heading):
+        made = SimulatedRobot(walled, Pose2D(x, y, heading), camera=CAMERA, noise=SILENT, range_reach_m=1.5)
+        return made.step(VelocityCommand(0.0, 0.0), 0.1).range_m
+
+    assert seen(0.5, 0.0, 0.0) == pytest.approx(1.9 - 0.25 - 0.5, abs=0.02)  # to the wall's face, less the robot
+    assert seen(0.5, 0.0, np.pi / 2) == 1.5
+    assert robot(walled).step(VelocityCommand(0.0, 0.0), 0.1).range_m is None

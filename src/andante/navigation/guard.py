@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+import cmath
 import math
+from collections import deque
 from dataclasses import replace
 
 from andante.data import Pose2D
-from andante.navigation.bridge import wrapped
 from andante.navigation.limits import STAND
 from andante.navigation.manoeuvre import Manoeuvre, Move
 from andante.protocols import DriveState, Navigator, VelocityCommand, View
 
 _BACK_M = 0.15
-_TRAIL_M = 0.5
-_STRAIGHT_RAD = 0.35
+_SPACING_M, _TRAIL, _TRAIL_WIDTH_M = 0.05, 10, 0.06
 
 
 class Guarded:
@@ -21,8 +21,8 @@ class Guarded:
 
     Forward as far as the range sensor sees free way, at a speed from which the robot can stop within it; backward,
     where no sensor looks, only along the way it just came. ``margin_m`` is kept from everything, ``deceleration_m_s2``
-    is how hard the robot brakes, ``step_s`` how long a command holds. Turning on the spot is always allowed: robots are
-    round. Without a range sensor all it does is back off from what was bumped into.
+    is how hard the robot brakes, ``step_s`` how long a command holds. Turning on the spot is always allowed: robots
+    are round. Without a range sensor all it does is back off from what was bumped into.
     """
 
     def __init__(
@@ -30,9 +30,9 @@ class Guarded:
     ) -> None:
         self.inner = inner
         self._margin_m, self._deceleration_m_s2, self._step_s = margin_m, deceleration_m_s2, step_s
-        self._behind_m = 0.0
-        self._before: Pose2D | None = None
-        self._turned_rad = 0.0
+        self._here, self._heading = 0j, 0.0
+        self._trail: deque[complex] = deque(maxlen=4 * _TRAIL)
+        self._last_m_s = 0.0
         self._off: Manoeuvre | None = None
 
     @property
@@ -62,13 +62,16 @@ class Guarded:
             self._off = None
             return STAND
         if view.bumped and self._off is None:
-            self._off = Manoeuvre([Move("straight", -_BACK_M)])
+            self._off = Manoeuvre([Move("straight", math.copysign(_BACK_M, -self._last_m_s))])
         if self._off is not None:
-            backing = self._off.command(replace(view, bumped=False))
-            if backing is not None and self._behind_m > 0.0:
-                return self._held(backing, view)
-            self._off = None
-        return self._held(wanted, view)
+            wanted_off = self._off.command(replace(view, bumped=False))
+            if wanted_off is None:
+                self._off = None
+            else:
+                wanted = wanted_off
+        held = self._held(wanted, view)
+        self._last_m_s = held.forward_m_s
+        return held
 
     def _held(self, wanted: VelocityCommand, view: View) -> VelocityCommand:
         forward = wanted.forward_m_s
@@ -84,15 +87,18 @@ class Guarded:
         return min(math.sqrt(late**2 + 2.0 * self._deceleration_m_s2 * free) - late, free / self._step_s)
 
     def _remember(self, odometry: Pose2D) -> None:
-        """How far the way that was just driven goes straight back."""
-        if self._before is not None:
-            heading = odometry.heading_rad or 0.0
-            turned = wrapped(heading - (self._before.heading_rad or 0.0))
-            middle = heading - turned / 2.0
-            dx, dy = odometry.x_m - self._before.x_m, odometry.y_m - self._before.y_m
-            forward = dx * math.cos(middle) + dy * math.sin(middle)
-            self._turned_rad = self._turned_rad + turned if abs(self._turned_rad + turned) < _STRAIGHT_RAD else 0.0
-            if self._turned_rad == 0.0 and turned != 0.0:
-                self._behind_m = 0.0
-            self._behind_m = min(max(self._behind_m + forward, 0.0), _TRAIL_M)
-        self._before = odometry
+        here = complex(odometry.x_m, odometry.y_m)
+        self._heading = odometry.heading_rad or 0.0
+        self._here = here
+        if not self._trail or abs(here - self._trail[-1]) >= _SPACING_M:
+            self._trail.append(here)
+
+    @property
+    def _behind_m(self) -> float:
+        """How far the way that was just driven leads straight back."""
+        back = -cmath.rect(_SPACING_M, self._heading)
+        for steps in range(1, _TRAIL + 1):
+            point = self._here + steps * back
+            if min(abs(point - one) for one in self._trail) > _TRAIL_WIDTH_M:
+                return (steps - 1) * _SPACING_M
+        return _TRAIL * _SPACING_M
