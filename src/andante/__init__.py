@@ -34,8 +34,21 @@ if TYPE_CHECKING:
     from andante.mapping import build_map as build_map
     from andante.mapping import merge_maps as merge_maps
     from andante.mapping import update_map as update_map
+    from andante.navigation import Goal as Goal
+    from andante.navigation import Guarded as Guarded
+    from andante.navigation import Limits as Limits
+    from andante.navigation import PlaceGraph as PlaceGraph
+    from andante.navigation import PlaceGraphNavigator as PlaceGraphNavigator
+    from andante.navigation import drive as drive
+    from andante.navigation import image_goal as image_goal
+    from andante.navigation import named_goal as named_goal
+    from andante.navigation import pose_goal as pose_goal
+    from andante.navigation import tracked as tracked
     from andante.protocols import Localizer as Localizer
+    from andante.protocols import Navigator as Navigator
     from andante.protocols import Recording as Recording
+    from andante.protocols import Robot as Robot
+    from andante.protocols import View as View
     from andante.recordings import MemoryRecording as MemoryRecording
     from andante.recordings import open_images as open_images
     from andante.recordings import open_recording as open_recording
@@ -60,7 +73,19 @@ _NAMES_OF = {
     "export": ("export_onnx",),
     "localization": ("make_tracker",),
     "mapping": ("BuildLog", "MapConfig", "SlowMap", "build_map", "merge_maps", "update_map"),
-    "protocols": ("Localizer", "Recording"),
+    "navigation": (
+        "Goal",
+        "Guarded",
+        "Limits",
+        "PlaceGraph",
+        "PlaceGraphNavigator",
+        "drive",
+        "image_goal",
+        "named_goal",
+        "pose_goal",
+        "tracked",
+    ),
+    "protocols": ("Localizer", "Navigator", "Recording", "Robot", "View"),
     "recordings": (
         "MemoryRecording",
         "open_images",
@@ -81,28 +106,41 @@ __all__ = [
     "Fix",
     "Frame",
     "FrameInfo",
+    "Goal",
+    "Guarded",
     "Hypothesis",
+    "Limits",
     "Localizer",
     "MapConfig",
     "MemoryRecording",
+    "Navigator",
+    "PlaceGraph",
+    "PlaceGraphNavigator",
     "Pose2D",
     "Recording",
+    "Robot",
     "SlowMap",
     "Status",
     "Track",
     "Trajectory",
+    "View",
     "__version__",
     "build_map",
+    "drive",
     "evaluate",
     "export_onnx",
+    "image_goal",
     "make_tracker",
     "merge_maps",
+    "named_goal",
     "open_images",
     "open_recording",
+    "pose_goal",
     "read_image",
     "register_format",
     "run_localizer",
     "track",
+    "tracked",
     "update_map",
     "write_recording",
     "write_report",

@@ -27,7 +27,10 @@ seed = 1
 drive = { kind = "infield", frames = 1500 }
 conditions = { clouds = 0.0 }
 """
-KEYS = {"arrived", "outcome", "reason", "distance_m", "path_m", "shortest_m", "seconds", "bumps", "replans"}
+KEYS = {
+    *("arrived", "outcome", "reason", "distance_m", "path_m", "shortest_m", "seconds"),
+    *("collisions", "replans", "ms_per_step", "report"),
+}
 
 
 @pytest.fixture(scope="module")
@@ -55,14 +58,50 @@ def test_drives_to_a_goal_and_reports(andante, mapped, tmp_path):
                      f"--goal={goal}", "--report", tmp_path / "report", "--json")  # fmt: skip
     assert answer.exit_code == 0, answer.stderr
     values = answer.json
-    assert set(values) == KEYS | {"ms_per_step"}
+    assert set(values) == KEYS
     assert values["arrived"], values
     assert values["distance_m"] < 0.6
-    assert values["bumps"] == 0
+    assert values["collisions"] == 0
     assert values["path_m"] < 1.6 * values["shortest_m"]
     assert values["shortest_m"] >= math.dist(*([float(n) for n in one.split(",")[:2]] for one in (start, goal))) - 0.1
     assert json.loads((tmp_path / "report" / "drive.json").read_text(encoding="utf-8")) == values
-    assert "<svg" in (tmp_path / "report" / "drive.svg").read_text(encoding="utf-8")
+    page = (tmp_path / "report" / "report.html").read_text(encoding="utf-8")
+    assert page.count("data:image/svg+xml") == 2
+    assert "Arrived: " in page
+    assert "<script" not in page
+
+
+def test_a_named_place(andante, mapped, fails):
+    start, goal = ends(mapped)
+    x, y = goal.split(",")
+    (mapped / "lawn.places.toml").write_text(f"charging-station = [{x}, {y}]\n", encoding="utf-8")
+    command = ("navigate", mapped / "lawn.andante", "--world", mapped / "plan.toml", f"--start={start}")
+    values = andante(*command, "--goal-place", "charging-station", "--json").json
+    assert values["arrived"], values
+    fails(andante(*command, "--goal-place", "pond"), r".*there is no place 'pond' in .*; it has charging-station")
+
+
+def test_down_the_gradient(andante, mapped, tmp_path):
+    start, goal = ends(mapped)
+    answer = andante("navigate", mapped / "lawn.andante", "--world", mapped / "plan.toml", f"--start={start}",
+                     f"--goal={goal}", "--navigator", "gradient", "--timeout", 20,
+                     "--report", tmp_path, "--json")  # fmt: skip
+    assert answer.exit_code == 0, answer.stderr
+    assert set(answer.json) == KEYS
+    assert "by slow features alone" in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_gradient_needs_the_images_of_the_map(andante, mapped, fails, tmp_path):
+    recording = mapped / "world" / "mapped"
+    recording.rename(tmp_path / "elsewhere")
+    try:
+        fails(
+            andante("navigate", mapped / "lawn.andante", "--world", mapped / "plan.toml", "--goal=0,0",
+                    "--navigator", "gradient"),
+            r"the gradient learns from images, and no recording of this map is where it was mapped from",
+        )  # fmt: skip
+    finally:
+        (tmp_path / "elsewhere").rename(recording)
 
 
 def test_a_timeout_is_an_answer_and_no_error(andante, mapped):

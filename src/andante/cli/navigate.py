@@ -10,32 +10,31 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from andante.cli.options import AsJson, MapFile, check_folder
-from andante.cli.output import examples, print_facts, print_json
+from andante.cli.output import examples, print_facts, print_json, progress_bars
 from andante.errors import InputError
 
 if TYPE_CHECKING:
-    from andante.cli.worlds import SimulatedWorld
-    from andante.data import Pose2D
+    from andante.data import ImageArray, Pose2D
+    from andante.evaluation.steering import Steering
     from andante.mapping import SlowMap
+    from andante.navigation import Goal
 
 
 EPILOG = examples(
     "andante navigate garden.andante --world plan.toml --goal 2.5,-1",
     "andante navigate garden.andante --world garden --goal 2.5,-1,1.57 --season winter --report report",
     "andante navigate garden.andante --world garden --goal-image come-back-here.jpg --json",
+    "andante navigate garden.andante --world garden --goal-place charging-station",
 )
 
 Season = Literal["spring", "summer", "autumn", "winter"]
-_REACH_M = 1.5
-_BODY_M = 0.2
 
 
 @dataclass(frozen=True)
 class Options:
-    """Of the drive, apart from where it goes."""
+    """How to steer."""
 
-    guard: bool
-    noise: float
+    gradient: bool
     timeout_s: float
     seed: int
 
@@ -53,7 +52,18 @@ def command(
     goal_image: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Where this image was taken. Default: none.")
     ] = None,
+    goal_place: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="A place of MAP's NAME.places.toml: name = [x, y, heading]. Default: none."),
+    ] = None,
     start: Annotated[str | None, typer.Option(metavar="X,Y,HEADING", help="Default: a mapped place by chance.")] = None,
+    navigator: Annotated[
+        Literal["graph", "gradient"],
+        typer.Option(
+            help="Plan on driven ways, or follow the gradient of slow features (patented: EP3367061B1, "
+            "US10955852B2; learns anew from the images of the longest mapped drive). Default: graph."
+        ),
+    ] = "graph",
     guard: Annotated[
         bool, typer.Option("--guard/--no-guard", help="Brake before contact (range sensor). Default: on.")
     ] = True,
@@ -64,77 +74,49 @@ def command(
     timeout: Annotated[float, typer.Option(min=1, metavar="SECONDS", help="Of driving. Default: 300.")] = 300.0,
     seed: Annotated[int, typer.Option(min=0, help="Start, noise and particles follow from it. Default: 0.")] = 0,
     report: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Write drive.svg and drive.json there. Default: none.")
+        Path | None, typer.Option(metavar="DIR", help="Write report.html and drive.json there. Default: none.")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Drive a simulated robot to a goal along the ways of a map, seeing only what its camera renders."""
     from andante.cli.worlds import world_of
+    from andante.evaluation.drive_report import write_drive_report
+    from andante.evaluation.simulated_drive import DrivenWorld, drive_in_garden
     from andante.mapping import SlowMap
+    from andante.navigation import Guarded
+    from andante.simulator import make_garden
 
-    if (goal is None) == (goal_image is None):
-        raise typer.BadParameter("give one of --goal and --goal-image")
+    if [goal, goal_image, goal_place].count(None) != 2:
+        raise typer.BadParameter("give one of --goal, --goal-image and --goal-place")
     if report is not None:
         check_folder(report, "--report")
     slowmap = SlowMap.load(map_file, with_memory=True)
-    where = _goal(slowmap, goal, goal_image)
-    options = Options(guard, odometry_noise, timeout, seed)
-    values, picture = _drive(slowmap, world_of(world, season), where, start, options)
-    if report is not None:
-        _write(report, values, picture)
+    where, image = _goal(map_file, slowmap, goal, goal_image, goal_place)
+    begin = _start(slowmap, seed) if start is None else _numbers(start, "--start", (3,))
+    seen = world_of(world, season)
+    driven = DrivenWorld(make_garden(seen.garden), seen.camera, seen.conditions, odometry_noise)
+    steering = _steering(slowmap, where, image, Options(navigator == "gradient", timeout, seed))
+    pilot = Guarded(steering.navigator) if guard else steering.navigator
+    one = drive_in_garden(driven, begin, where, pilot, steering.localize, seed=seed)
+    page = None if report is None else write_drive_report(one, report, slowmap, driven, steering)
+    values = {**one.as_dict(), "replans": steering.replans, "report": None if page is None else str(page)}
+    if page is not None:
+        _write(page.with_name("drive.json"), values)
     if as_json:
         print_json(values)
     else:
         print_facts(str(map_file), values)
 
 
-def _drive(
-    slowmap: SlowMap, world: SimulatedWorld, goal: Pose2D, start: str | None, options: Options
-) -> tuple[dict[str, Any], str]:
-    """The figures of a drive and its picture."""
-    import numpy as np
+def _steering(slowmap: SlowMap, goal: Goal, image: ImageArray | None, options: Options) -> Steering:
+    from andante.evaluation.steering import by_gradient, by_graph
+    from andante.navigation import Limits
 
-    from andante.evaluation.drive_plot import drive_plot
-    from andante.evaluation.experiments.navigation_trials import WatchedRobot
-    from andante.localization import make_tracker
-    from andante.navigation import Guarded, Limits, PlaceGraph, PlaceGraphNavigator, drive, tracked
-    from andante.navigation.place_graph import length_m
-    from andante.simulator import OdometryNoise, Scene, make_garden
-
-    graph = PlaceGraph.of(slowmap)
-    garden = make_garden(world.garden)
-    scene = Scene.of(garden.things)
-    begin = _numbers(start, "--start", (3,)) if start else _start(slowmap, options.seed)
-    if scene.obstacles.clearance_m([(begin.x_m, begin.y_m)])[0] < _BODY_M:
-        raise InputError(f"the start ({begin.x_m:g}, {begin.y_m:g}) is inside of something; choose another --start")
-    usual = OdometryNoise().model_dump()
-    robot = WatchedRobot(
-        scene,
-        begin,
-        conditions=world.conditions,
-        camera=world.camera,
-        noise=OdometryNoise(**{name: value * options.noise for name, value in usual.items()}),
-        radius_m=_BODY_M,
-        range_reach_m=_REACH_M,
-        seed=options.seed,
-    )
-    inner = PlaceGraphNavigator(graph, goal, Limits(timeout_s=options.timeout_s))
-    navigator = Guarded(inner) if options.guard else inner
-    run = drive(robot, tracked(make_tracker(slowmap, seed=options.seed)), navigator)
-    way, shortest = np.array(robot.xy_m), graph.path((begin.x_m, begin.y_m), (goal.x_m, goal.y_m))
-    values = {
-        "arrived": run.arrived,
-        "outcome": str(run.outcome),
-        "reason": run.reason,
-        "distance_m": math.dist(way[-1], (goal.x_m, goal.y_m)),
-        "path_m": length_m(way),
-        "shortest_m": None if shortest is None else length_m(shortest),
-        "seconds": run.seconds,
-        "bumps": robot.hits,
-        "replans": inner.replans,
-        "ms_per_step": float(np.median(run.milliseconds)),
-    }
-    return values, drive_plot(run, way, shortest, graph.xy_m, garden)
+    limits = Limits(timeout_s=options.timeout_s)
+    if not options.gradient:
+        return by_graph(slowmap, goal, limits, options.seed)
+    with progress_bars() as progress:
+        return by_gradient(slowmap, goal, image, limits, progress)
 
 
 def _start(slowmap: SlowMap, seed: int) -> Pose2D:
@@ -148,18 +130,22 @@ def _start(slowmap: SlowMap, seed: int) -> Pose2D:
     return Pose2D(float(x), float(y), float(rng.uniform(-np.pi, np.pi)))
 
 
-def _goal(slowmap: SlowMap, text: str | None, image: Path | None) -> Pose2D:
-    from andante.data import Pose2D
+def _goal(
+    map_file: Path, slowmap: SlowMap, text: str | None, image: Path | None, place: str | None
+) -> tuple[Goal, ImageArray | None]:
+    """Where to go, and its image where that is how it was told."""
+    from andante.navigation import image_goal, named_goal, pose_goal
     from andante.recordings import read_image
 
     if any(source.poses != "reference" for source in slowmap.sources):
         raise InputError("this map has a frame of its own; to drive in a simulated world, map it with reference poses")
-    if image is None:
-        return _numbers(text or "", "--goal", (2, 3))
-    estimate = slowmap.localize(read_image(image))
-    if estimate.x_m is None or estimate.y_m is None:
-        raise InputError(f"--goal-image {image} cannot be located: {estimate.reason}; use another one or --goal")
-    return Pose2D(estimate.x_m, estimate.y_m)
+    if place is not None:
+        return named_goal(map_file, place), None
+    if image is not None:
+        picture = read_image(image)
+        return image_goal(slowmap, picture, image.name), picture
+    pose = _numbers(text or "", "--goal", (2, 3))
+    return pose_goal(pose.x_m, pose.y_m, pose.heading_rad), None
 
 
 def _numbers(text: str, option: str, counts: tuple[int, ...]) -> Pose2D:
@@ -175,11 +161,9 @@ def _numbers(text: str, option: str, counts: tuple[int, ...]) -> Pose2D:
     return Pose2D(*numbers)
 
 
-def _write(folder: Path, values: dict[str, Any], picture: str) -> None:
+def _write(path: Path, values: dict[str, Any]) -> None:
     import json
 
     from andante.evaluation.files import write_text
 
-    folder.mkdir(parents=True, exist_ok=True)
-    write_text(folder / "drive.svg", picture)
-    write_text(folder / "drive.json", json.dumps(values, indent=2) + "\n")
+    write_text(path, json.dumps(values, indent=2) + "\n")

@@ -2,6 +2,7 @@
 
 from andante.navigation.commute import CommuteNavigator, CommuteSettings
 from andante.navigation.drive import Drive, Localize, drive, tracked
+from andante.navigation.goals import Goal, image_goal, named_goal, places_file, pose_goal
 from andante.navigation.gradient import GradientNavigator, GradientSettings
 from andante.navigation.graph_navigator import PlaceGraphNavigator
 from andante.navigation.guard import Guarded
@@ -20,10 +21,11 @@ __all__ = [
     "CommuteSettings",
     "Drive",
     "DriveState",
+    "Goal",
     "GradientNavigator",
     "GradientSettings",
-    "LimitedNavigator",
     "Guarded",
+    "LimitedNavigator",
     "Limits",
     "Localize",
     "Navigator",
@@ -34,6 +36,10 @@ __all__ = [
     "SlowSight",
     "View",
     "drive",
+    "image_goal",
     "learn_sight",
+    "named_goal",
+    "places_file",
+    "pose_goal",
     "tracked",
 ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 
 import numpy as np
 
@@ -25,6 +26,7 @@ _BODY_M = 0.25
 _STUCK_S, _STEP_M = 12.0, 0.2
 _CREEP_M_S, _SEARCH_RAD_S = 0.15, 0.5
 _SEARCH_M = 0.6
+_KEPT_PLANS = 50
 _DEAD_ENDS = 3
 """Plans without a way before it gives up; each but the last forgets what was thought to be blocked."""
 
@@ -35,6 +37,7 @@ class PlaceGraphNavigator(LimitedNavigator):
     ``goal`` is in the frame of the map, with a heading or without; it is reached within ``tolerance_m`` of the pose
     that estimates and odometry tell together. What it bumps into, or what the range sensor sees close ahead, closes the
     edges around it. Lost it stops, turns and looks, and then goes a little. Uses no gradient of slow features.
+    ``plans`` are the ways that it planned and when: at first, and after every obstacle or trouble.
     """
 
     def __init__(
@@ -42,6 +45,7 @@ class PlaceGraphNavigator(LimitedNavigator):
     ) -> None:
         super().__init__("place graph", limits)
         self.replans = 0
+        self.plans: deque[tuple[float, FloatArray]] = deque(maxlen=_KEPT_PLANS)
         self._graph, self._goal, self._tolerance_m = graph, goal, tolerance_m
         self._goal_m = np.array([goal.x_m, goal.y_m])
         graph.path(self._goal_m, self._goal_m)  # raises for a goal off the map, before anything moves
@@ -112,6 +116,8 @@ class PlaceGraphNavigator(LimitedNavigator):
                 self._enter(DriveState.BLOCKED, "every mapped way to the goal is blocked")
             self._blocked.clear()
             return
+        if math.isinf(self._left_m):
+            self.plans.append((now_s, self._way))
         left = length_m(self._way)
         if left < self._left_m - _STEP_M:
             self._left_m, self._better_s = left, now_s

@@ -33,7 +33,7 @@ ROBOT_RADIUS_M = 0.2
 ARM_M = 1.3
 CLEAR_M = 0.35
 """Of starts and goals, from everything: the robot has a radius of 0.2 m."""
-_CELL_M = 0.1
+_CELL_M, _AT_ONCE = 0.1, 20_000
 _MAP_CELL_M = 0.2
 _LEAST_M = 2.0
 _STEADY = Conditions(clouds=0.0)
@@ -83,7 +83,10 @@ class Lawn:
         low, high = self.garden.border.points_m.min(axis=0), self.garden.border.points_m.max(axis=0)
         axes = [np.arange(a + _CELL_M / 2.0, b, _CELL_M) for a, b in zip(low, high, strict=True)]
         points = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
-        free: FloatArray = points[room_m(self.garden, points) >= ROBOT_RADIUS_M]
+        # Part by part: the distances from all places of a large lawn to all things would take gigabytes.
+        parts = np.array_split(points, len(points) // _AT_ONCE + 1)
+        room = np.concatenate([room_m(self.garden, part) for part in parts])
+        free: FloatArray = points[room >= ROBOT_RADIUS_M]
         return free
 
     @cached_property
