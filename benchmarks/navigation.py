@@ -1,9 +1,9 @@
 """Milliseconds a control step, and whether an hour of driving eats memory.
 
-    python benchmarks/navigation.py [--minutes 50] [--frames 3000] [--work .bench/navigation]
+    python benchmarks/navigation.py [--navigator gradient] [--minutes 50] [--frames 3000] [--work .bench/navigation]
 
-Learns a sight from a rendered drive, then drives from goal to goal for so many simulated minutes, each image rendered
-where the robot is. Told are the parts of a control step (what a robot's computer does; rendering is not among them)
+Learns from a rendered drive, a sight (gradient) or a map (graph), then drives from goal to goal for so many simulated
+minutes, each image rendered where the robot is. Told are the parts of a control step (what a robot's computer does; rendering is not among them)
 and the resident memory every five minutes. Needs the extra sim.
 """
 
@@ -24,20 +24,59 @@ from andante.evaluation.experiments.navigation_world import (
     navigation_plan,
     random_errands,
 )
-from andante.navigation import STAND, CommuteNavigator, Limits, SlowCost, drive, learn_sight
+from andante.localization import make_tracker
+from andante.mapping import build_map
+from andante.navigation import (
+    STAND,
+    CommuteNavigator,
+    Guarded,
+    Limits,
+    PlaceGraph,
+    PlaceGraphNavigator,
+    SlowCost,
+    drive,
+    learn_sight,
+    tracked,
+)
 from andante.sfa import one_thread
 from andante.simulator import Scene, SimulatedRobot, make_garden
 
 SEED = 5
 REPORT_S = 300.0
+LIMITS = Limits(timeout_s=120.0)
 
 
 def resident_mb() -> float:
     return int(Path("/proc/self/statm").read_text().split()[1]) * 4096 / 1e6
 
 
+def by_gradient(recording):
+    """A goal to a navigator, and what localizes."""
+    sight = learn_sight(recording)
+
+    def steer(robot, goal):
+        # The goal's picture was taken there: the robot is put there for it, and back.
+        pose, robot.pose = robot.pose, goal
+        seen = sight.slow(robot.step(STAND, 0.0).image)
+        robot.pose = pose
+        return CommuteNavigator(SlowCost.biharmonic(seen, sight.deltas), limits=LIMITS)
+
+    return steer, sight.localize
+
+
+def by_graph(recording):
+    slowmap = build_map([recording])
+    graph = PlaceGraph.of(slowmap)
+
+    def steer(robot, goal):
+        return Guarded(PlaceGraphNavigator(graph, Pose2D(goal.x_m, goal.y_m), LIMITS))
+
+    return steer, tracked(make_tracker(slowmap))
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--navigator", choices=("gradient", "graph"), default="gradient")
     parser.add_argument("--minutes", type=float, default=50.0)
     parser.add_argument("--frames", type=int, default=3000)
     parser.add_argument("--work", type=Path, default=Path(".bench/navigation"))
@@ -47,7 +86,7 @@ def main() -> None:
     recording = rendered(plan, options.work)[MAPPED]
     print(f"rendered in {time.perf_counter() - start:.0f} s")
     start = time.perf_counter()
-    sight = learn_sight(recording)
+    steer, localize = (by_gradient if options.navigator == "gradient" else by_graph)(recording)
     print(f"learnt from {options.frames} images in {time.perf_counter() - start:.1f} s")
 
     garden = make_garden(plan.garden)
@@ -64,13 +103,7 @@ def main() -> None:
     goals = iter(errands * 10)
     with one_thread():
         while simulated_s < 60.0 * options.minutes:
-            # The goal's picture was taken there: the robot is put there for it, and back.
-            pose, errand = robot.pose, next(goals)
-            robot.pose = Pose2D(*errand.goal, 0.0)
-            goal = sight.slow(robot.step(STAND, 0.0).image)
-            robot.pose = pose
-            navigator = CommuteNavigator(SlowCost.biharmonic(goal, sight.deltas), limits=Limits(timeout_s=120.0))
-            way = drive(robot, sight.localize, navigator)
+            way = drive(robot, localize, steer(robot, Pose2D(*next(goals).goal, 0.0)))
             milliseconds.append(way.milliseconds)
             simulated_s += way.seconds
             arrived += way.arrived

@@ -21,14 +21,16 @@ _ON_THE_SPOT_RAD = 0.7
 _HEADING_RAD = 0.15
 _CONFIRMED = 4
 """Steps in a row within the tolerance: one estimate alone may be wrong."""
-_NEAR_M = 0.2
+_NEAR_M = 0.12
 _BODY_M = 0.25
 _STUCK_S, _STEP_M = 12.0, 0.2
 _CREEP_M_S, _SEARCH_RAD_S = 0.15, 0.5
 _SEARCH_M = 0.6
 _KEPT_PLANS = 50
-_DEAD_ENDS = 3
+_DEAD_ENDS = 2
 """Plans without a way before it gives up; each but the last forgets what was thought to be blocked."""
+_RECOVERIES, _AT_GOAL = 30, 4
+"""As often it tries something else before it gives up, and where something stands at the goal itself."""
 
 
 class PlaceGraphNavigator(LimitedNavigator):
@@ -54,13 +56,13 @@ class PlaceGraphNavigator(LimitedNavigator):
         self._way: FloatArray | None = None
         self._planned_s = self._better_s = -math.inf
         self._left_m = math.inf
-        self._confirmed, self._dead_ends, self._recoveries = 0, 0, 0
+        self._confirmed, self._dead_ends, self._recoveries, self._at_goal = 0, 0, 0, 0
         self._moves: Manoeuvre | None = None
 
     def _steer(self, view: View) -> VelocityCommand:
         pose = self._bridge.update(view)
         if view.bumped and (self._moves is None or self.state == DriveState.DRIVING):
-            self._hit(pose)
+            self._hit(pose, 0.0, "bumped into something")
         if self._moves is not None:
             if pose is not None and self.reason == "lost":
                 self._moves = None
@@ -99,7 +101,7 @@ class PlaceGraphNavigator(LimitedNavigator):
         if abs(bearing) > _ON_THE_SPOT_RAD:
             return VelocityCommand(0.0, math.copysign(min(2.0 * abs(bearing), 1.0), bearing))
         if view.range_m is not None and view.range_m < min(_NEAR_M, left) and abs(bearing) < 0.3:
-            self._close(pose.ahead(view.range_m + _BODY_M))
+            self._hit(pose, view.range_m, "something is in the way")
             return STAND
         speed = self.limits.forward_m_s * math.cos(bearing) ** 2 * min(1.0, 0.2 + left)
         if pose.doubtful or pose.bridged_m > _AHEAD_M:
@@ -122,26 +124,41 @@ class PlaceGraphNavigator(LimitedNavigator):
         if left < self._left_m - _STEP_M:
             self._left_m, self._better_s = left, now_s
 
-    def _close(self, spot: tuple[float, float]) -> None:
-        """Something is in the way here: other edges from now on, and progress counts anew."""
-        self._blocked.append(spot)
-        self.replans += 1
-        self._way, self._left_m = None, math.inf
+    def _hit(self, pose: LivePose | None, ahead_m: float, why: str) -> None:
+        """Something is ahead: other edges from now on, and a little back, or the next way would begin at it too.
 
-    def _hit(self, pose: LivePose | None) -> None:
+        Met again, it is not where the pose says that it is, or the pose is off beside it: on, from another side.
+        """
+        again = False
         if pose is not None:
-            self._close(pose.ahead(_BODY_M))
-        self._enter(DriveState.RECOVERING, "bumped into something")
-        self._moves = Manoeuvre([Move("straight", -0.2)])
+            spot = pose.ahead(ahead_m + _BODY_M)
+            again = any(math.dist(spot, one) < _BODY_M for one in self._blocked)
+            self._blocked.append(spot)
+            self.replans += 1
+            self._at_goal += math.dist(spot, self._goal_m) < _BODY_M  # no way leads around that
+        if self._at_goal >= _AT_GOAL:
+            self._enter(DriveState.BLOCKED, "something stands at the goal")
+        else:
+            self._try(why, Move("straight", -0.2), *(self._sideways() if again else ()))
 
     def _recover(self, view: View) -> VelocityCommand:
-        """No progress: back, turn to one side and then the other, go a little."""
+        """No progress: back, and on from another side."""
+        self._better_s = view.timestamp_s
+        self._try("no progress", Move("straight", -0.2), *self._sideways())
+        return STAND
+
+    def _sideways(self) -> tuple[Move, Move]:
+        """To the left and to the right in turn."""
+        return Move("turn", 1.2 if self._recoveries % 2 else -1.2), Move("straight", 0.4)
+
+    def _try(self, why: str, *moves: Move) -> None:
+        """Something else, after which it plans anew and progress counts anew; not for ever."""
         self._recoveries += 1
-        side = 1.0 if self._recoveries % 2 else -1.0
-        self._enter(DriveState.RECOVERING, "no progress")
-        self._moves = Manoeuvre([Move("straight", -0.2), Move("turn", 1.2 * side), Move("straight", 0.4)])
-        self._left_m, self._better_s, self._way = math.inf, view.timestamp_s, None
-        return self._moves.command(view) or STAND
+        if self._recoveries > _RECOVERIES:
+            self._enter(DriveState.BLOCKED, f"{why}, and {_RECOVERIES} attempts to get around it failed")
+            return
+        self._enter(DriveState.RECOVERING, why)
+        self._moves, self._way, self._left_m = Manoeuvre(moves), None, math.inf
 
     def _search(self, view: View) -> VelocityCommand:
         """Without a pose: straight on slowly where only the heading is missing, else look around and go a little."""
