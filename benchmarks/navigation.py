@@ -3,8 +3,8 @@
     python benchmarks/navigation.py [--navigator gradient] [--minutes 50] [--frames 3000] [--work .bench/navigation]
 
 Learns from a rendered drive, a sight (gradient) or a map (graph), then drives from goal to goal for so many simulated
-minutes, each image rendered where the robot is. Told are the parts of a control step (what a robot's computer does; rendering is not among them)
-and the resident memory every five minutes. Needs the extra sim.
+minutes, each image rendered where the robot is. Told are the parts of a control step (what a robot's computer does;
+rendering is not among them) and the resident memory every five minutes. Needs the extra sim.
 """
 
 import argparse

@@ -1,6 +1,7 @@
 """What the examples are made of; running them whole takes a minute each."""
 
 import importlib.util
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -32,5 +33,5 @@ def test_lanes_cover_the_lawn_and_no_lane_crosses_what_is_not_mapped(mow):
 def test_the_next_lane_begins_where_the_last_one_ended(mow):
     x, y = np.meshgrid(np.arange(0, 3, 0.1), np.arange(0, 5, 0.1))
     lanes = mow.lanes_over(np.column_stack([x.ravel(), y.ravel()]), 0.3)
-    steps = [np.hypot(*(after[0] - before[1])) for before, after in zip(lanes, lanes[1:], strict=False)]
+    steps = [np.hypot(*(after[0] - before[1])) for before, after in pairwise(lanes)]
     assert max(steps) < 0.35
