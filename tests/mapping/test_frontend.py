@@ -30,7 +30,7 @@ def test_an_encoded_picture_holds_features_and_phases_of_one_panorama(garden):
     front = front_end(garden.fisheye_camera, (120, 120))
     picture = garden.fisheye(garden.loop(5)[0])
     encoded, panorama = front.encode(picture), front.grey_panorama(picture)
-    assert len(encoded) == 1
+    assert len(encoded.features) == 1
     np.testing.assert_array_equal(encoded.features[0], front.features(picture))
     np.testing.assert_array_equal(encoded.phase, front.phases(panorama[None]))
     np.testing.assert_array_equal(encoded.phase[0], front.phase_encoder.encode(panorama))

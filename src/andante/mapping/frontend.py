@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, Self
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -36,14 +35,6 @@ class Encoded:
 
     features: NDArray[np.float32]
     phase: NDArray[np.float32]
-
-    def __len__(self) -> int:
-        return len(self.features)
-
-    @classmethod
-    def joined(cls, parts: Sequence[Encoded]) -> Self:
-        """At least one, one after the other."""
-        return cls(np.concatenate([one.features for one in parts]), np.concatenate([one.phase for one in parts]))
 
 
 def make_encoder(
