@@ -158,6 +158,25 @@ def test_says_when_there_is_no_other_way(field, flat_robot, truth):
     assert "every mapped way" in run.reason
 
 
+def test_something_at_the_goal_is_told_soon(field, flat_robot, truth):
+    robot = flat_robot((-1.5, 0.0, 0.0), [(1.5, -0.1, 1.5, 0.1)], reach_m=1.5)
+    run, navigator = go(robot, truth, field, Pose2D(1.5, 0.0), timeout_s=900.0)
+    assert (run.outcome, run.reason) == (DriveState.BLOCKED, "something stands at the goal")
+    assert robot.bumps == 0
+    assert run.seconds < 120.0
+    assert navigator.replans <= 10  # not one for every control step
+
+
+def test_plans_are_kept_for_those_who_ask(field, flat_robot, truth):
+    robot = flat_robot((-1.5, 0.0, 0.0), [(0.0, -1.0, 0.0, 1.0)], reach_m=1.5)
+    _, navigator = go(robot, truth, field, Pose2D(1.5, 0.0))
+    times = [time_s for time_s, _ in navigator.plans]
+    assert times == sorted(times)
+    assert len(times) > navigator.replans > 0
+    for _, way in navigator.plans:
+        assert way[-1] == pytest.approx([1.5, 0.0])
+
+
 def test_time_runs_out(field, flat_robot, truth):
     run, _ = go(flat_robot((-2.5, 0.0, 0.0)), truth, field, Pose2D(2.5, 0.0), timeout_s=2.0)
     assert run.outcome == DriveState.TIMED_OUT
