@@ -18,12 +18,13 @@ from pathlib import Path
 
 import numpy as np
 
+from andante.angles import wrapped
 from andante.data import FloatArray, Trajectory
 from andante.mapping import MapConfig
 from andante.mapping.frontend import FrontEnd, camera_and_size
 from andante.recordings import open_recording
 from andante.sequences import close_wire_loop, register_sessions
-from andante.sequences.pose_graph import Steps, wrapped
+from andante.sequences.pose_graph import Steps
 from andante.simulator import Plan, Session, SimulatedRecording
 
 Drive = tuple[FloatArray, FloatArray, FloatArray]

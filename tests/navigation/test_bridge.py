@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
+from andante.angles import wrapped
 from andante.data import Estimate, Pose2D, Status
-from andante.navigation.bridge import Bridge, wrapped
+from andante.navigation.bridge import Bridge
 from andante.protocols import View
 
 FRAME = np.array([3.0, -2.0, 0.7])  # of odometry, in the map

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from andante.cli.figures import print_figures
-from andante.cli.options import AsJson, MapFile, check_folder
+from andante.cli.options import AsJson, MapFile, ReportFolder, TrainingError, check_folder
 from andante.cli.output import examples, print_json, progress_bars
 
 EPILOG = examples(
@@ -35,13 +35,8 @@ def command(
         list[Path] | None,
         typer.Option(metavar="REC", help="What baselines learn from; repeatable. Default: the map's recordings."),
     ] = None,
-    report: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Write an HTML report with plots there. Default: none.")
-    ] = None,
-    training_error: Annotated[
-        bool,
-        typer.Option("--training-error", help="Allow a recording that the map was learnt from. Default: refused."),
-    ] = False,
+    report: ReportFolder = None,
+    training_error: TrainingError = False,
     as_json: AsJson = False,
 ) -> None:
     """Measure how far a map is wrong on a recording that it has not seen."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from andante.cli.options import AsJson, MapFile, check_place
+from andante.cli.options import AsJson, CsvFile, MapFile, TumFile, check_place
 from andante.cli.output import examples, hint, print_facts, print_json, print_table, progress_bars
 
 if TYPE_CHECKING:
@@ -31,14 +31,8 @@ def command(
         Path,
         typer.Argument(metavar="SOURCE", show_default=False, help="An image, a folder of images, or a recording."),
     ],
-    tum: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write poses as a TUM trajectory (seconds, metres). Default: none."),
-    ] = None,
-    csv: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write a table (seconds, metres, radians). Default: none."),
-    ] = None,
+    tum: TumFile = None,
+    csv: CsvFile = None,
     as_json: AsJson = False,
 ) -> None:
     """Say where images were taken; one that fits no mapped place gets the status lost or off_map, never a pose."""

@@ -11,6 +11,20 @@ import typer
 from andante.errors import InputError
 
 MapFile = Annotated[Path, typer.Argument(metavar="MAP", show_default=False, help="A map file, made with: andante map.")]
+TumFile = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Write poses as a TUM trajectory (seconds, metres). Default: none."),
+]
+CsvFile = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Write a table (seconds, metres, radians). Default: none.")
+]
+ReportFolder = Annotated[
+    Path | None, typer.Option(metavar="DIR", help="Write an HTML report with plots there. Default: none.")
+]
+TrainingError = Annotated[
+    bool,
+    typer.Option("--training-error", help="Allow a recording that the map was learnt from. Default: refused."),
+]
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print one JSON object to stdout instead of tables. Default: tables.")
 ]

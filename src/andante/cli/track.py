@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from andante.cli.options import AsJson, MapFile, check_folder, check_place
+from andante.cli.options import (
+    AsJson,
+    CsvFile,
+    MapFile,
+    ReportFolder,
+    TrainingError,
+    TumFile,
+    check_folder,
+    check_place,
+)
 from andante.cli.output import examples, hint, print_facts, print_json, print_table, progress_bars
 
 if TYPE_CHECKING:
@@ -66,25 +75,14 @@ def command(
         int,
         typer.Option(min=0, help="Of the particles: the same seed, the same track. Default: 0.", show_default=False),
     ] = 0,
-    tum: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write poses as a TUM trajectory (seconds, metres). Default: none."),
-    ] = None,
-    csv: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write a table (seconds, metres, radians). Default: none."),
-    ] = None,
-    report: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Write an HTML report with plots there. Default: none.")
-    ] = None,
+    tum: TumFile = None,
+    csv: CsvFile = None,
+    report: ReportFolder = None,
     state: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Go on from this state where the file exists; save it there. Default: none."),
     ] = None,
-    training_error: Annotated[
-        bool,
-        typer.Option("--training-error", help="Allow a recording that the map was learnt from. Default: refused."),
-    ] = False,
+    training_error: TrainingError = False,
     as_json: AsJson = False,
 ) -> None:
     """Follow a robot through a recording: a pose, its 90 % radius and a status a frame.

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from andante.angles import wrapped
 from andante.data import Estimate, FloatArray, FrameInfo, Status, Trajectory
 from andante.errors import ArrayError
 from andante.evaluation.running import Run
@@ -126,7 +127,7 @@ def figures_of_run(run: Run, unit: Unit) -> Figures:
         unlocalized=int((has_truth & ~known).sum()),
         coverage_90=_coverage(run, errors, answered & known),
         confident_wrong_share=_confident_and_wrong(run, errors) / n if n and unit == "m" else None,
-        **vars(_heading_figures(heading_errors_of(run))),
+        **vars(heading_figures(heading_errors_of(run))),
         ms_per_image=1000 * run.wall_s / len(seconds) if seconds else None,
         ms_localize=1000 * float(np.median(seconds)) if seconds else None,
         statuses={str(status): counts[status] for status in Status},
@@ -146,9 +147,12 @@ def heading_errors_of(run: Run) -> FloatArray:
     """(n,) degrees, 0 to 180, between the best hypothesis' heading and the reference; NaN where either is unknown."""
     truth = Trajectory.of([frame.info for frame in run.frames], "reference").heading_rad
     guesses = np.array([best_heading(frame.estimate) for frame in run.frames], dtype=np.float64)
-    off = np.angle(np.exp(1j * (guesses - truth)))
-    degrees: FloatArray = np.degrees(np.abs(off))
-    return degrees
+    return apart_deg(guesses, truth)
+
+
+def apart_deg(one_rad: FloatArray, other_rad: FloatArray) -> FloatArray:
+    """(n,) degrees, 0 to 180, between headings."""
+    return np.asarray(np.degrees(np.abs(wrapped(one_rad - other_rad))), dtype=np.float64)
 
 
 def truth_of(infos: Iterable[FrameInfo], unit: Unit) -> FloatArray:
@@ -176,7 +180,8 @@ def best_heading(estimate: Estimate) -> float:
     return math.nan if heading is None else heading
 
 
-def _heading_figures(errors_deg: FloatArray) -> HeadingFigures:
+def heading_figures(errors_deg: FloatArray) -> HeadingFigures:
+    """Summarise errors (n,) in degrees; NaN ones are left out."""
     known = errors_deg[np.isfinite(errors_deg)]
     if not len(known):
         return HeadingFigures()

@@ -10,14 +10,12 @@ import numpy as np
 
 from andante.data import FloatArray, Pose2D
 from andante.errors import InputError
-from andante.evaluation.experiments.navigation_trials import WatchedRobot
-from andante.evaluation.experiments.navigation_world import Lawn
+from andante.evaluation.experiments.navigation_trials import REACH_M, WatchedRobot
+from andante.evaluation.experiments.navigation_world import ROBOT_RADIUS_M, Lawn
 from andante.navigation import Drive, DriveState, Goal, Localize, drive
+from andante.navigation.place_graph import length_m
 from andante.protocols import Navigator, VelocityCommand, View
 from andante.simulator import Conditions, Garden, OdometryNoise, Scene, SimulatedCamera
-
-REACH_M = 1.5
-RADIUS_M = 0.2
 
 
 @dataclass(frozen=True)
@@ -63,7 +61,7 @@ class SimulatedDrive:
             "outcome": str(self.run.outcome),
             "reason": self.run.reason,
             "distance_m": float(self.distances_m[-1]),
-            "path_m": float(np.linalg.norm(np.diff(self.way_m, axis=0), axis=1).sum()),
+            "path_m": length_m(self.way_m),
             "shortest_m": self.shortest_m if math.isfinite(self.shortest_m) else None,
             "seconds": self.run.seconds,
             "collisions": self.contacts,
@@ -79,16 +77,15 @@ def drive_in_garden(
     Raises ``InputError`` for a start inside of something, ``MissingExtraError`` without embreex.
     """
     at = start.x_m, start.y_m
-    if world.garden.obstacles.clearance_m([at])[0] < RADIUS_M:
+    if world.garden.obstacles.clearance_m([at])[0] < ROBOT_RADIUS_M:
         raise InputError(f"the start ({at[0]:g}, {at[1]:g}) is inside of something; choose another one")
-    usual = OdometryNoise().model_dump()
     robot = WatchedRobot(
         Scene.of(world.garden.things),
         start,
         conditions=world.conditions,
         camera=world.camera,
-        noise=OdometryNoise(**{name: value * world.odometry_noise for name, value in usual.items()}),
-        radius_m=RADIUS_M,
+        noise=OdometryNoise().times(world.odometry_noise),
+        radius_m=ROBOT_RADIUS_M,
         range_reach_m=REACH_M,
         seed=seed,
     )

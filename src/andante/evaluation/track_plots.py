@@ -11,10 +11,10 @@ from andante.evaluation.comparison import Scored
 from andante.evaluation.figures import WRONG_M, best_guess, truth_of
 from andante.evaluation.plots import INK, STATUS_COLOURS, STYLE, new_figure, svg
 from andante.evaluation.status_plots import statuses_of
+from andante.mapping.uncertainty import RADIUS_OF_90_PERCENT
 
 _ELLIPSES = 40  # more, or larger ones, would hide the way
 _LARGEST_M = 3.0
-_CHI_SQUARE_90 = 4.605  # 90 % of a Gaussian in the plane lies within the root of this many deviations
 
 
 def way(scored: Scored, references: FloatArray) -> str | None:
@@ -69,7 +69,7 @@ def ellipse_axes(estimate: Estimate) -> tuple[float, float, float] | None:
     if total <= 0.0:
         return None
     # A circle of the radius where the covariance is one.
-    scale = np.sqrt(_CHI_SQUARE_90) if estimate.radius_m is None else estimate.radius_m / np.sqrt(total / 2)
+    scale = RADIUS_OF_90_PERCENT if estimate.radius_m is None else estimate.radius_m / np.sqrt(total / 2)
     short, long = (scale * np.sqrt(values)).tolist()
     return long, short, float(np.arctan2(vectors[1, 1], vectors[0, 1]))
 

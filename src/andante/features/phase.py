@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from andante.features.illumination import Float32Array, Surroundings, patch_norm
 from andante.features.stack import as_stack, unit_length
 
 ComplexArray = NDArray[np.complex64]
+_Samples = TypeVar("_Samples", float, NDArray[np.float32], FloatArray)
 _LOWEST_DEG = 1.0
 _SAMPLES = 8
 """Of a band, of which it is the average."""
@@ -145,3 +146,12 @@ def alike_under_turns(seen: ComplexArray, stored: ComplexArray, samples: int) ->
     spectrum = np.zeros((*np.broadcast_shapes(seen.shape, stored.shape)[:-2], samples // 2 + 1), dtype=np.complex64)
     spectrum[..., 1 : seen.shape[-1] + 1] = (seen * np.conj(stored)).sum(axis=-2)
     return np.asarray(fft.irfft(spectrum, samples, axis=-1) * (samples / 2), dtype=np.float64)
+
+
+def summit(low: _Samples, top: _Samples, high: _Samples, least_bend: float = 1e-12) -> _Samples:
+    """How far from the best of three neighbouring samples, in their distance, a parabola through them has its top.
+
+    ``least_bend`` keeps three samples on a line from putting it at infinity.
+    """
+    aside: _Samples = 0.5 * (low - high) / np.minimum(low - 2 * top + high, -least_bend)
+    return aside

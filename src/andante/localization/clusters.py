@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
+from andante.angles import wrapped
 from andante.data import FloatArray
 
 _THIN = 0.002
@@ -55,7 +56,7 @@ def _cluster(pose: FloatArray, weight: FloatArray, member: NDArray[np.bool_]) ->
     mean = share @ inside
     mean[2] = math.atan2(share @ np.sin(inside[:, 2]), share @ np.cos(inside[:, 2]))
     offset = inside - mean
-    offset[:, 2] = np.remainder(offset[:, 2] + np.pi, 2 * np.pi) - np.pi
+    offset[:, 2] = wrapped(offset[:, 2])
     return Cluster(mean, (offset * share[:, None]).T @ offset, total, member)
 
 

@@ -31,7 +31,6 @@ def evidence_of(slowmap: SlowMap, image: ImageArray) -> Evidence:
         encoded = slowmap.front_end.encode(image)
     except BlankImageError as error:
         return Evidence(Estimate(Status.LOST, str(error)))
-    slow: FloatArray = slowmap.model.transform(encoded.features)[0]
-    if isinstance(slowmap.readout, LocalReadout):
-        slow = slow * slowmap.readout.metric
-    return Evidence(slowmap.estimate(encoded), slow)
+    slow = slowmap.model.transform(encoded.features)
+    metric = slowmap.readout.metric if isinstance(slowmap.readout, LocalReadout) else 1.0
+    return Evidence(slowmap.estimate(encoded, slow), slow[0] * metric)

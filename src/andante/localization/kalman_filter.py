@@ -139,11 +139,9 @@ def moved(gauss: Gauss, step: Step, config: MotionConfig) -> Gauss:
         mean[2] = math.remainder(mean[2] + step.turn_rad, 2 * math.pi)
         return Gauss(mean, covariance + np.diag([step.way_m**2, step.way_m**2, 0.0]))
     cos, sin = math.cos(mean[2] + step.turn_rad / 2), math.sin(mean[2] + step.turn_rad / 2)
-    cos0, sin0 = math.cos(mean[2]), math.sin(mean[2])
-    dx, dy = cos0 * step.forward_m - sin0 * step.left_m, sin0 * step.forward_m + cos0 * step.left_m
+    (dx, dy), by_pose = step.seen_from(mean[2]), by_pose_before(step, mean[2])
     mean += dx, dy, step.turn_rad
     mean[2] = math.remainder(mean[2], 2 * math.pi)
-    by_pose = np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]])
     slip = config.slip_share * _SLIP_VARIANCE * step.way_m**2
     along = config.wheel_m**2 * step.way_m + (_DRIFT_M * config.scale**2) * step.way_m + slip
     turn = (
@@ -152,6 +150,12 @@ def moved(gauss: Gauss, step: Step, config: MotionConfig) -> Gauss:
     by_noise = np.array([[cos, -dy / 2], [sin, dx / 2], [0.0, 1.0]])
     covariance = by_pose @ covariance @ by_pose.T + by_noise @ np.diag([along, turn]) @ by_noise.T
     return Gauss(mean, (covariance + covariance.T) / 2)
+
+
+def by_pose_before(step: Step, heading: float) -> FloatArray:
+    """(3, 3) derivative of where a step leads by the pose before it, whose heading that was."""
+    dx, dy = step.seen_from(heading)
+    return np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]])
 
 
 def _begun(sighting: Sighting, trail: Trail) -> Gauss:

@@ -34,12 +34,13 @@ class Step:
     def after(self, pose: Pose2D) -> Pose2D:
         """Where the step leads from a pose, whose heading is zero where it is unknown."""
         heading = pose.heading_rad or 0.0
-        cos, sin = math.cos(heading), math.sin(heading)
-        return Pose2D(
-            pose.x_m + cos * self.forward_m - sin * self.left_m,
-            pose.y_m + sin * self.forward_m + cos * self.left_m,
-            heading + self.turn_rad,
-        )
+        dx, dy = self.seen_from(heading)
+        return Pose2D(pose.x_m + dx, pose.y_m + dy, heading + self.turn_rad)
+
+    def seen_from(self, heading_rad: float) -> tuple[float, float]:
+        """The way along x and y of a robot that looked there before."""
+        cos, sin = math.cos(heading_rad), math.sin(heading_rad)
+        return cos * self.forward_m - sin * self.left_m, sin * self.forward_m + cos * self.left_m
 
 
 @dataclass(frozen=True, slots=True)

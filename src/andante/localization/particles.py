@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from andante.angles import wrapped
 from andante.data import FloatArray
 from andante.localization.config import MotionConfig, ParticleConfig
 from andante.localization.motion import Step
@@ -63,7 +64,7 @@ class Cloud:
         cos, sin = np.cos(heading), np.sin(heading)
         state[:, X] += gain * (cos * step.forward_m - sin * step.left_m)
         state[:, Y] += gain * (sin * step.forward_m + cos * step.left_m)
-        state[:, HEADING] = np.remainder(state[:, HEADING] + turn + np.pi, 2 * np.pi) - np.pi
+        state[:, HEADING] = wrapped(state[:, HEADING] + turn)
         state[:, BIAS] += noise[2] * config.gyro_rad_s * _BIAS_WALK * math.sqrt(step.duration_s)
         state[:, SCALE] += noise[3] * config.scale * _SCALE_WALK * math.sqrt(step.way_m)
         return replace(self, state=state)
@@ -114,5 +115,5 @@ def _wandered(state: FloatArray, duration_s: float, config: MotionConfig, rng: n
     state, root = state.copy(), math.sqrt(duration_s)
     state[:, :2] += rng.normal(0.0, config.walk_m * root, (len(state), 2))
     turned = state[:, HEADING] + rng.normal(0.0, config.walk_rad * root, len(state))
-    state[:, HEADING] = np.remainder(turned + np.pi, 2 * np.pi) - np.pi
+    state[:, HEADING] = wrapped(turned)
     return state

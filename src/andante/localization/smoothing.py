@@ -20,7 +20,7 @@ from andante.errors import ConfigError
 from andante.localization.config import MotionConfig
 from andante.localization.evidence import Evidence
 from andante.localization.filters import Gauss
-from andante.localization.kalman_filter import moved
+from andante.localization.kalman_filter import by_pose_before, moved
 from andante.localization.motion import Odometer, Step
 from andante.localization.sighting import RADIUS_PER_SIGMA
 from andante.localization.trackers import KalmanTracker, ParticleTracker
@@ -114,7 +114,7 @@ def _corrected(own: Gauss, later: Gauss, step: Step, motion: MotionConfig) -> Ga
     apart = float(offset @ np.linalg.solve(predicted.covariance + later.covariance, offset))
     if apart > _GATE:
         return own
-    leads = _jacobian(own, step)
+    leads = by_pose_before(step, own.mean[2]) if step.known else np.eye(3)
     spread = predicted.covariance + 1e-9 * np.eye(3)
     gain = np.linalg.solve(spread, leads @ own.covariance).T
     mean = own.mean + gain @ offset
@@ -133,19 +133,10 @@ def _back(later: Gauss, step: Step, motion: MotionConfig) -> Gauss | None:
         return None
     x, y, heading = later.mean.tolist()
     before = heading - step.turn_rad
-    cos, sin = math.cos(before), math.sin(before)
-    mean = np.array(
-        [x - cos * step.forward_m + sin * step.left_m, y - sin * step.forward_m - cos * step.left_m, before]
-    )
+    dx, dy = step.seen_from(before)
+    mean = np.array([x - dx, y - dy, before])
     mean[2] = math.remainder(mean[2], 2 * math.pi)
     return Gauss(mean, moved(Gauss(mean, later.covariance), step, motion).covariance)
-
-
-def _jacobian(gauss: Gauss, step: Step) -> FloatArray:
-    """Of where a step leads, by where it began."""
-    cos, sin = math.cos(gauss.mean[2]), math.sin(gauss.mean[2])
-    dx, dy = cos * step.forward_m - sin * step.left_m, sin * step.forward_m + cos * step.left_m
-    return np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]]) if step.known else np.eye(3)
 
 
 def _difference(one: FloatArray, other: FloatArray) -> FloatArray:

@@ -33,6 +33,11 @@ SCHEMA = 1
 MAX_BYTES = 2**26
 _KEY = "andante-tracker"
 _FILTER, _TRAIL, _GOOD, _LAST, _COVARIANCE = "filter.", "trail", "good", "last", "covariance"
+_OF_MEMORY = (
+    *("odometer", "pulse", "image_news", "fix_news", "judge"),
+    *("fast", "slow", "image_radius_m", "strain_m"),
+)
+"""Fields of a memory that are written under their own names."""
 
 
 class _Scalars(BaseModel):
@@ -102,16 +107,8 @@ def write_state(state: State, owner: Owner, path: str | Path) -> None:
         schema_version=SCHEMA,
         **dataclasses.asdict(owner),
         generator=state.generator,
-        odometer=memory.odometer,
         trail_pose=memory.trail.pose,
-        pulse=memory.pulse,
-        image_news=memory.image_news,
-        fix_news=memory.fix_news,
-        judge=memory.judge,
-        fast=memory.fast,
-        slow=memory.slow,
-        image_radius_m=memory.image_radius_m,
-        strain_m=memory.strain_m,
+        **{name: getattr(memory, name) for name in _OF_MEMORY},
         status=estimate.status,
         reason=estimate.reason,
         place=(estimate.x_m, estimate.y_m, estimate.heading_rad, estimate.radius_m),
@@ -179,18 +176,10 @@ def _assembled(scalars: _Scalars, arrays: dict[str, FloatArray]) -> State:
     if rows.shape != Trail.empty().rows.shape or (covariance is not None and covariance.shape != (3, 3)):
         raise MapError("its arrays have shapes that do not fit each other")
     memory = Memory(
-        odometer=scalars.odometer,
         trail=Trail(scalars.trail_pose, rows),
-        pulse=scalars.pulse,
-        image_news=scalars.image_news,
-        fix_news=scalars.fix_news,
-        judge=scalars.judge,
-        fast=scalars.fast,
-        slow=scalars.slow,
-        image_radius_m=scalars.image_radius_m,
-        strain_m=scalars.strain_m,
         good=arrays.get(_GOOD),
         last=arrays.get(_LAST),
+        **{name: getattr(scalars, name) for name in _OF_MEMORY},
     )
     x, y, heading, radius = scalars.place
     estimate = Estimate(

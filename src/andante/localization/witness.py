@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from andante.angles import wrapped
 from andante.data import FloatArray
 from andante.localization.config import JudgeConfig, SightingConfig
 from andante.localization.filters import Gauss, Weighted
@@ -85,7 +86,7 @@ def _inside(sighting: Sighting, predicted: Gauss, config: JudgeConfig) -> NDArra
     offset: FloatArray = sighting.xy - predicted.mean[:2]
     inside = (offset * np.linalg.solve(spread, offset.T).T).sum(axis=1) <= config.gate
     if predicted.heading_known:
-        turned = np.remainder(sighting.heading - predicted.mean[2] + np.pi, 2 * np.pi) - np.pi
+        turned = wrapped(sighting.heading - predicted.mean[2])
         variance = predicted.covariance[2, 2] + sighting.heading_sigma_rad**2 + config.slack_rad**2
         inside &= ~(turned**2 > config.gate * variance)  # an unknown heading agrees with any
     return np.asarray(inside, dtype=np.bool_)

@@ -25,6 +25,7 @@ from safetensors.numpy import save
 
 from andante.data import CameraSpec
 from andante.errors import AndanteError, MapError
+from andante.features import PhaseEncoder
 from andante.mapping.calibration import Calibration
 from andante.mapping.compact import CompactModel
 from andante.mapping.compass import Compass
@@ -247,9 +248,7 @@ def _compass(front_end: FrontEnd, arrays: dict[str, NDArray[Any]]) -> Compass | 
     """Checked; ``None`` where the map has none."""
     if not arrays:
         return None
-    if front_end.phase_encoder is None:
-        raise MapError("it has a compass, which its camera cannot use")
-    compass = Compass.from_arrays(front_end.phase_encoder, arrays)
+    compass = Compass.from_arrays(_phase_encoder(front_end, "compass"), arrays)
     check_compass(compass)
     return compass
 
@@ -258,11 +257,15 @@ def _scenery(front_end: FrontEnd, arrays: dict[str, NDArray[Any]]) -> Scenery | 
     """Checked; ``None`` where the map has none."""
     if not arrays:
         return None
-    if front_end.phase_encoder is None:
-        raise MapError("it has a scenery, which its camera cannot use")
-    scenery = Scenery.from_arrays(front_end.phase_encoder, arrays)
+    scenery = Scenery.from_arrays(_phase_encoder(front_end, "scenery"), arrays)
     check_scenery(scenery)
     return scenery
+
+
+def _phase_encoder(front_end: FrontEnd, what: str) -> PhaseEncoder:
+    if front_end.phase_encoder is None:
+        raise MapError(f"it has a {what}, which its camera cannot use")
+    return front_end.phase_encoder
 
 
 def _found_again(source: Source, path: Path) -> Source:

@@ -13,6 +13,7 @@ from typing import Literal
 
 import numpy as np
 
+from andante.angles import wrapped
 from andante.data import FloatArray
 from andante.errors import LearningError
 from andante.mapping.folds import Folds, Mask
@@ -127,7 +128,7 @@ def _held_out(ground: Ground, heading: FloatArray, train: Mask, test: Mask, loca
     located, bearings = sighting.located, sighting.bearings
     turn = np.full(len(located.xy), np.nan)
     if bearings is not None:
-        turn = np.abs(np.mod(bearings.heading - heading[test] + np.pi, 2 * np.pi) - np.pi) / sighting.doubt
+        turn = np.abs(wrapped(bearings.heading - heading[test])) / sighting.doubt
     error = np.linalg.norm(located.xy - ground.xy[test], axis=1)
     return _Held(error, turn, sighting.sigma, located.agreement, sighting.likeness, strangers)
 

@@ -16,10 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from andante.angles import wrapped
 from andante.data import FloatArray
 from andante.errors import ArrayError
 from andante.features import PhaseEncoder
-from andante.features.phase import alike_under_turns
+from andante.features.phase import alike_under_turns, summit
 from andante.mapping.codes import Codes
 from andante.sfa.arrays import require_names
 
@@ -89,8 +90,8 @@ class Compass:
         curve = self._alike(phase, blend[:, None])[:, 0]
         at = curve.argmax(axis=1)
         left, peak, right = (curve[np.arange(len(curve)), (at + step) % SAMPLES] for step in (-1, 0, 1))
-        shift = at + 0.5 * (left - right) / np.minimum(left - 2 * peak + right, -1e-12)
-        heading = np.mod(2 * np.pi * shift / SAMPLES + np.pi, 2 * np.pi) - np.pi
+        shift = at + summit(left, peak, right)
+        heading = wrapped(2 * np.pi * shift / SAMPLES)
         apart = np.abs(np.mod(np.arange(SAMPLES) - at[:, None] + SAMPLES // 2, SAMPLES) - SAMPLES // 2)
         rival = np.where(apart > ELSEWHERE_RAD / (2 * np.pi) * SAMPLES, curve, -np.inf).max(axis=1)
         return Bearings(np.where(peak > CLEAR * rival, heading, np.nan), peak, rival)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from andante.angles import wrapped
 from andante.data import Estimate, FloatArray, Hypothesis, Status
 from andante.mapping.compass import Compass
 from andante.mapping.scenery import Drives, Scenery, Spot
@@ -66,9 +67,9 @@ class ViewBounds:
 
 def weighed(on_path: Estimate, peak: float, spot: Spot, bounds: ViewBounds) -> Estimate:
     """An imagined view against the mapped ones, of which the best is alike by ``peak``: the better one is believed."""
-    likeness = max(on_path.likeness or 0.0, 1 - spot.alike_mirrored / spot.alike)
     if not bounds.found(spot):
         return on_path
+    likeness = max(on_path.likeness or 0.0, 1 - spot.alike_mirrored / spot.alike)
     share, radius = bounds.share(spot.alike, peak), bounds.radius_m(spot)
     view = Hypothesis(spot.x_m, spot.y_m, share, spot.heading_rad)
     rivals = [replace(one, weight=one.weight * (1 - share)) for one in on_path.hypotheses]
@@ -120,8 +121,8 @@ def try_views(drives: Drives, *, coverage: float, seed: int = 0) -> ViewBounds |
         for (x, y, heading), signature in zip(test.poses.tolist(), test.phase.rows(), strict=True):
             spot = scenery.search(signature)
             assert spot is not None  # as nothing is too little alike
-            turn = np.mod(spot.heading_rad - heading + np.pi, 2 * np.pi) - np.pi
-            tried.append((spot, float(np.hypot(spot.x_m - x, spot.y_m - y)), abs(float(turn))))
+            turn = abs(wrapped(spot.heading_rad - heading))
+            tried.append((spot, float(np.hypot(spot.x_m - x, spot.y_m - y)), turn))
             ratios.append(spot.alike)
         ratios[-len(test) :] = (np.array(ratios[-len(test) :]) / _mapped_peaks(train, test)).tolist()
     if not tried:

@@ -17,10 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, sparse
 
+from andante.angles import wrapped
 from andante.data import FloatArray, IndexArray
 from andante.errors import ArrayError
 from andante.features import PhaseEncoder
-from andante.features.phase import ComplexArray
+from andante.features.phase import ComplexArray, summit
 from andante.mapping.codes import Codes
 from andante.mapping.stereo import COLUMNS, DIRECTIONS, column_at, shift_between, sweep
 from andante.mapping.thinning import thinned_by_place
@@ -127,9 +128,9 @@ class Scenery:
         curve = curves[i * self._grid[1] + j]
         at = int(curve.argmax())
         turn = at + _summit(np.roll(curve, SAMPLES // 2 - at), SAMPLES // 2)
-        heading = np.mod(2 * np.pi * turn / SAMPLES + np.pi, 2 * np.pi) - np.pi
+        heading = wrapped(2 * np.pi * turn / SAMPLES)
         # Left and right exchanged, the coefficients of a row are conjugated.
-        return Spot(x, y, float(heading), float(peaks[i, j]), float(self._alike(np.conj(seen)).max()))
+        return Spot(x, y, heading, float(peaks[i, j]), float(self._alike(np.conj(seen)).max()))
 
     def _alike(self, seen: ComplexArray) -> NDArray[np.float32]:
         """How alike one image (bands, K) and all views are under every turn: (spots, SAMPLES)."""
@@ -219,5 +220,4 @@ def _summit(line: NDArray[np.floating[Any]], at: int) -> float:
     """How far from the best of some samples a parabola through it and its neighbours has its top; 0 at the rim."""
     if not 0 < at < len(line) - 1:
         return 0.0
-    low, top, high = line[at - 1 : at + 2].tolist()
-    return float(np.clip(0.5 * (low - high) / min(low - 2 * top + high, -1e-12), -0.5, 0.5))
+    return float(np.clip(summit(*line[at - 1 : at + 2].tolist()), -0.5, 0.5))

@@ -99,14 +99,14 @@ class SlowMap:
             return Estimate(Status.LOST, str(error))
         return self.estimate(encoded)
 
-    def sight(self, encoded: Encoded) -> Sighting:
-        """What the map says of n pictures."""
-        slow, spread = self.model.transform(encoded.features), self.model.spread(encoded.features)
-        return Locator(self.readout, self.compass).sight(slow, spread, encoded.phase)
+    def sight(self, encoded: Encoded, slow: FloatArray | None = None) -> Sighting:
+        """What the map says of n pictures; ``slow`` (n, k) are their slow features, where they are known already."""
+        slow = self.model.transform(encoded.features) if slow is None else slow
+        return Locator(self.readout, self.compass).sight(slow, self.model.spread(encoded.features), encoded.phase)
 
-    def estimate(self, encoded: Encoded) -> Estimate:
-        """The same from one picture that is encoded already."""
-        sighting = self.sight(encoded)
+    def estimate(self, encoded: Encoded, slow: FloatArray | None = None) -> Estimate:
+        """The same as ``localize`` from one picture that is encoded already, and ``slow`` (1, k) as for ``sight``."""
+        sighting = self.sight(encoded, slow)
         on_path = self._on_path(sighting, encoded)
         bounds = self.calibration.views
         if self.scenery is None or bounds is None:

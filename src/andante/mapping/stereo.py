@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from andante.data import FloatArray
 from andante.features import PhaseEncoder
+from andante.features.phase import summit
 
 COLUMNS = 120
 """Of a panorama: one for 3 degrees, as much as its signature can tell apart."""
@@ -111,7 +112,7 @@ def _peaks(alike: NDArray[np.float32], logarithms: FloatArray) -> Ranges:
     """The best distance of every column, between those tried by a parabola."""
     best = np.clip(alike.argmax(axis=2), 1, alike.shape[2] - 2)
     low, top, high = (np.take_along_axis(alike, (best + step)[..., None], 2)[..., 0] for step in (-1, 0, 1))
-    between = np.clip(0.5 * (low - high) / np.minimum(low - 2 * top + high, -1e-6), -1, 1)
+    between = np.clip(summit(low, top, high, least_bend=1e-6), -1, 1)
     distance = np.exp(logarithms[0] + (best + between) * (logarithms[1] - logarithms[0]))
     # Alike at one distance and not at others: a wall without end looks alike at all of them.
     clear = top - np.median(alike, axis=2)

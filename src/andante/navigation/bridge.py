@@ -7,6 +7,7 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
+from andante.angles import wrapped
 from andante.data import Pose2D, Status
 from andante.protocols import View
 
@@ -15,11 +16,6 @@ _JUMP_M = 0.8
 _JUMPS = 3
 _SPACING_M, _PAIRS = 0.08, 40
 _LEAST_SPREAD_M = 0.25
-
-
-def wrapped(angle_rad: float) -> float:
-    """An angle in [-pi, pi)."""
-    return math.remainder(angle_rad, math.tau)
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,8 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from andante.angles import wrapped
 from andante.data import FloatArray, Status
-from andante.navigation.gradient import slow_of, wrapped
+from andante.navigation.gradient import slow_of
 from andante.navigation.limits import STAND, Limits
 from andante.navigation.navigator import LimitedNavigator
 from andante.navigation.plane import unit

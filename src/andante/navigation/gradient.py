@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from andante.angles import wrapped
 from andante.data import FloatArray, Pose2D
 from andante.errors import ConfigError
 from andante.navigation.limits import Limits
@@ -126,8 +127,3 @@ def towards(target: FloatArray, pose: Pose2D, limits: Limits) -> VelocityCommand
     aligned = abs(off) < 2.0 * _ALIGNED_RAD
     forward = min(limits.forward_m_s, float(np.hypot(*ahead)) / _SECONDS_AHEAD) if aligned else 0.0
     return VelocityCommand(forward, turn)
-
-
-def wrapped(angle_rad: float) -> float:
-    """An angle in [-pi, pi)."""
-    return float((angle_rad + np.pi) % (2.0 * np.pi) - np.pi)

@@ -7,8 +7,9 @@ from collections import deque
 
 import numpy as np
 
+from andante.angles import wrapped
 from andante.data import FloatArray, Pose2D
-from andante.navigation.bridge import Bridge, LivePose, wrapped
+from andante.navigation.bridge import Bridge, LivePose
 from andante.navigation.limits import STAND, Limits
 from andante.navigation.manoeuvre import Manoeuvre, Move
 from andante.navigation.navigator import LimitedNavigator

@@ -8,8 +8,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
+from andante.angles import wrapped
 from andante.data import Pose2D
-from andante.navigation.bridge import wrapped
 from andante.protocols import VelocityCommand, View
 
 _SPEED_M_S, _TURN_RAD_S = 0.2, 0.7

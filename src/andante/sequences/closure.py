@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from andante.angles import wrapped
 from andante.data import FloatArray, IndexArray
 from andante.errors import ArrayError, ConfigError, RecordingError
-from andante.sequences.pose_graph import Closures, DriftNoise, Steps, fit_path, wrapped
+from andante.sequences.pose_graph import Closures, DriftNoise, Steps, fit_path
 
 _CLOSURE_M, _CLOSURE_RAD = 0.05, 0.03
 """How exactly a robot on a wire is where it was before: half a frame along, a few centimetres across."""

@@ -12,10 +12,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
+from andante.angles import wrapped
 from andante.data import FloatArray, IndexArray
 from andante.errors import ConfigError
 
@@ -239,8 +239,3 @@ def _directions(poses: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _turned(x: FloatArray, y: FloatArray, angle_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
     cos, sin = np.cos(angle_rad), np.sin(angle_rad)
     return cos * x - sin * y, sin * x + cos * y
-
-
-def wrapped(angle_rad: NDArray[np.float64]) -> FloatArray:
-    """Angles in [-pi, pi)."""
-    return np.mod(np.asarray(angle_rad, np.float64) + np.pi, 2.0 * np.pi) - np.pi

@@ -24,6 +24,10 @@ class OdometryNoise(Settings):
     wheel_m: _Deviation = 0.01
     turn_rad: _Deviation = 0.01
 
+    def times(self, factor: float) -> OdometryNoise:
+        """The same, so many times as large; raises ``ConfigError`` for more than is allowed."""
+        return OdometryNoise(**{name: value * factor for name, value in self.model_dump().items()})
+
 
 class Odometer:
     """Adds up noisy steps from (0, 0, 0) in a frame of its own."""

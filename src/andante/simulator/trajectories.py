@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from pydantic import Field
 from scipy.ndimage import gaussian_filter1d
 
+from andante.angles import wrapped
 from andante.data import FloatArray, Trajectory
 from andante.errors import ConfigError
 from andante.simulator.garden import Garden
@@ -150,11 +151,6 @@ Drive = Annotated[BorderRun | InfieldRun | GridRun | GivenPoses, Field(discrimin
 def room_m(garden: Garden, xy_m: ArrayLike) -> FloatArray:
     """(k, 2) points -> (k,) distance to the border or the nearest obstacle, negative outside or inside one."""
     return np.minimum(garden.border.inside_m(xy_m), garden.obstacles.clearance_m(xy_m))
-
-
-def wrapped(angle_rad: FloatArray) -> FloatArray:
-    """Angles in [-pi, pi)."""
-    return np.mod(angle_rad + np.pi, 2.0 * np.pi) - np.pi
 
 
 def _free_spot(garden: Garden, rng: np.random.Generator, clearance_m: float) -> tuple[float, float]:

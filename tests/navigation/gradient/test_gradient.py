@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
 
+from andante.angles import wrapped
 from andante.data import Pose2D
 from andante.errors import ConfigError
 from andante.navigation import GradientNavigator, GradientSettings, Limits, SlowCost
-from andante.navigation.gradient import towards, wrapped
+from andante.navigation.gradient import towards
 from andante.protocols import DriveState, View
 
 GOAL = np.array([3.0, 2.0])

@@ -19,6 +19,7 @@ from andante.simulator import Plan, Progress, render_sessions
 _RESULTS = "results"
 # What decides a result, besides the pictures, whose fingerprints have a recipe number of their own.
 _DECISIVE = (
+    "angles.py",
     "data.py",
     "sfa",
     "camera",
@@ -30,7 +31,10 @@ _DECISIVE = (
     "evaluation/alignment.py",
 )
 _DECISIVE_HERE = ("contenders.py", "drives.py", "trials.py")
-_DECISIVE_OF_TRACKS = ("rides.py", "scenarios.py", "told.py")
+_DECISIVE_OF_TRACKS = (
+    *("localization", "evaluation/figures.py", "evaluation/recovery.py"),
+    *(f"evaluation/experiments/{name}.py" for name in ("followers", "rides", "scenarios", "stress", "told")),
+)
 
 
 def default_cache() -> Path:
@@ -93,7 +97,7 @@ def code_hash(*, tracking: bool = False) -> str:
     package, here = Path(andante.__file__).parent, Path(__file__).parent
     roots = [*(package / name for name in _DECISIVE), *(here / name for name in _DECISIVE_HERE)]
     if tracking:
-        roots += [package / "localization", *(here / name for name in _DECISIVE_OF_TRACKS)]
+        roots += [package / name for name in _DECISIVE_OF_TRACKS]
     sources = sorted(path for root in roots for path in ([root] if root.is_file() else root.rglob("*.py")))
     digest = hashlib.sha256()
     for path in sources:

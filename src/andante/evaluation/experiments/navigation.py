@@ -131,7 +131,7 @@ def _robustness(place: Place, seed: int, scale: Scale) -> list[Case]:
     errands = tuple(random_errands(place.lawn, max(scale.errands // _ROBUST_SHARE, _ROBUST_LEAST), seed + 1))
     world, camera = place.world, place.world.camera
     cases = [
-        (f"odometry noise x{factor}", World(world.garden, camera, world.conditions, _noise(factor)))
+        (f"odometry noise x{factor}", World(world.garden, camera, world.conditions, OdometryNoise().times(factor)))
         for factor in (1, 2, 4)
     ]
     cases.append(("with clouds, none mapped", World(world.garden, camera, Conditions(clouds=0.45))))
@@ -155,11 +155,6 @@ def _possible(errands: Sequence[Errand], world: World) -> tuple[Errand, ...]:
     obstacles = make_garden(world.garden).obstacles
     free = [obstacles.clearance_m([errand.start[:2], errand.goal]).min() > 0.25 for errand in errands]
     return tuple(errand for errand, possible in zip(errands, free, strict=True) if possible)
-
-
-def _noise(factor: float) -> OdometryNoise:
-    usual = OdometryNoise()
-    return OdometryNoise(**{name: value * factor for name, value in usual.model_dump().items()})
 
 
 def _outcome(places: Sequence[Place], cases: Sequence[Case], results: Sequence[dict[str, list[Result]]]) -> Outcome:

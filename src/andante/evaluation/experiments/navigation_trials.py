@@ -31,6 +31,7 @@ from andante.navigation import (  # fmt: skip
     drive,
     tracked,
 )
+from andante.navigation.place_graph import length_m
 from andante.protocols import Navigator, Observation, VelocityCommand
 from andante.sfa import one_thread
 from andante.simulator import (
@@ -207,7 +208,7 @@ def _drive(task: Task, sights: Sights) -> Result:
     return Result(
         distance_m=float(np.hypot(*(way[-1] - (x, y)))),
         hits=robot.hits,
-        way_m=float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum()),
+        way_m=length_m(way),
         seconds=run.seconds,
         state=str(run.outcome),
         reason=run.reason,

@@ -7,9 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from andante.angles import wrapped
 from andante.data import Estimate, FloatArray, Frame, FrameInfo, ImageArray, Pose2D, Trajectory
 from andante.errors import RecordingError
 from andante.localization import Evidence, KalmanTracker, ParticleTracker, evidence_of
+from andante.localization.motion import Step
 from andante.mapping import Progress, SlowMap
 from andante.protocols import Recording
 from andante.recordings import map_frames
@@ -57,10 +59,7 @@ def composed(steps: FloatArray, start: Pose2D | None = None) -> list[Pose2D]:
     at = start or Pose2D(0.0, 0.0, 0.0)
     poses = [at]
     for forward, left, turn in steps[1:].tolist():
-        heading = at.heading_rad or 0.0
-        cos, sin = np.cos(heading), np.sin(heading)
-        x, y = at.x_m + cos * forward - sin * left, at.y_m + sin * forward + cos * left
-        at = Pose2D(float(x), float(y), heading + turn)
+        at = Step(forward, left, turn).after(at)
         poses.append(at)
     return poses
 
@@ -128,5 +127,5 @@ def _steps(poses: Trajectory) -> FloatArray:
     """(n - 1, 3) from one pose to the next, in the frame of the first of them."""
     apart, heading = np.diff(poses.xy_m, axis=0), poses.heading_rad[:-1]
     cos, sin = np.cos(heading), np.sin(heading)
-    turn = np.angle(np.exp(1j * np.diff(poses.heading_rad)))
+    turn = wrapped(np.diff(poses.heading_rad))
     return np.stack([cos * apart[:, 0] + sin * apart[:, 1], cos * apart[:, 1] - sin * apart[:, 0], turn], axis=1)

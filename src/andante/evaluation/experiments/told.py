@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from andante.data import Estimate, FloatArray, FrameInfo, Status, Trajectory
 from andante.evaluation.experiments.outcome import Cell
-from andante.evaluation.figures import WRONG_M, best_guess, best_heading
+from andante.evaluation.figures import WRONG_M, apart_deg, best_guess, best_heading, figures_of, heading_figures
 
 TOLD_COLUMNS = (
     *("mean [m]", "median [m]", "95 % [m]", "max [m]", "> 1 m [%]"),
@@ -75,9 +75,7 @@ class Told:
     @property
     def heading_errors_deg(self) -> FloatArray:
         """(n,) 0 to 180; NaN where nothing was said."""
-        off = np.angle(np.exp(1j * (self.heading_rad - self.true_heading_rad)))
-        degrees: FloatArray = np.degrees(np.abs(off))
-        return degrees
+        return apart_deg(self.heading_rad, self.true_heading_rad)
 
     @property
     def answered(self) -> NDArray[np.bool_]:
@@ -96,18 +94,18 @@ class Told:
 
     def figures(self) -> dict[str, float | int | None]:
         """The figures of ``cells`` and a few more by name, shares from 0 to 1."""
-        errors, headings = _known(self.errors), _known(self.heading_errors_deg)
+        errors, headings = figures_of(self.errors[np.isfinite(self.errors)]), heading_figures(self.heading_errors_deg)
         with_radius = self.answered & np.isfinite(self.radius_m) & np.isfinite(self.errors)
         within = self.errors[with_radius] <= self.radius_m[with_radius]
         return {
             "n": len(self.status),
-            "mean_m": _mean(errors),
-            "median_m": _quantile(errors, 0.5),
-            "p95_m": _quantile(errors, 0.95),
-            "max_m": _quantile(errors, 1.0),
-            "share_over_1m": _mean(errors > WRONG_M),
-            "heading_median_deg": _quantile(headings, 0.5),
-            "heading_p95_deg": _quantile(headings, 0.95),
+            "mean_m": errors.mean_m,
+            "median_m": errors.median_m,
+            "p95_m": errors.p95_m,
+            "max_m": errors.max_m,
+            "share_over_1m": errors.share_over_1m,
+            "heading_median_deg": headings.heading_median_deg,
+            "heading_p95_deg": headings.heading_p95_deg,
             "coverage_90": _mean(within),
             "answered_share": _mean(self.answered),
             "confident_wrong_share": _mean(self.confident_and_wrong),
@@ -131,13 +129,5 @@ def _plain(values: NDArray[Any]) -> list[Any]:
     return list(rounded.tolist())
 
 
-def _known(values: FloatArray) -> FloatArray:
-    return values[np.isfinite(values)]
-
-
 def _mean(values: NDArray[Any]) -> float | None:
     return float(values.mean()) if len(values) else None
-
-
-def _quantile(values: FloatArray, share: float) -> float | None:
-    return float(np.quantile(values, share)) if len(values) else None
