@@ -4,26 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 from andante.data import Estimate, ImageArray, PoseSource
 from andante.mapping import Progress
 from andante.protocols import Localizer, Recording
 
+Prepared = TypeVar("Prepared")
+
 
 @runtime_checkable
-class StagedLocalizer(Localizer, Protocol):
+class StagedLocalizer(Localizer, Protocol[Prepared]):
     """A localizer whose two steps can be timed apart, as in table 8.3 of the thesis.
 
     ``localize(image)`` is ``locate(prepare(image))``. Images are grey (height, width) uint8 of the camera that the
     method learnt from. Errors are told by the estimate: a method that cannot say where it is gives status lost.
     """
 
-    def prepare(self, image: ImageArray) -> Any:
+    def prepare(self, image: ImageArray) -> Prepared:
         """What does not depend on the map: unwrapping, features, key points."""
         ...
 
-    def locate(self, prepared: Any) -> Estimate:
+    def locate(self, prepared: Prepared) -> Estimate:
         """What was prepared -> estimate in the frame of the mapped positions."""
         ...
 
@@ -37,7 +39,7 @@ class Learned:
     keep in mind, such as how many of the frames could be reconstructed.
     """
 
-    localizer: StagedLocalizer
+    localizer: StagedLocalizer[Any]
     preprocessing_s: float
     mapping_s: float
     bytes: int
