@@ -50,17 +50,17 @@ def go(robot, truth, graph, goal, guard=True, **options):
     return run, navigator
 
 
-def test_the_shortest_way_equals_bellman_ford(walled):
+def test_the_best_way_equals_bellman_ford(walled):
+    prices = walled.price(walled.xy_m[walled.edges[:, 0]], walled.xy_m[walled.edges[:, 1]])
     lengths = np.full(len(walled.xy_m), np.inf)
     lengths[0] = 0.0
     for _ in range(len(lengths)):
         before = lengths.copy()
-        for a, b in walled.edges:
-            step = np.hypot(*(walled.xy_m[a] - walled.xy_m[b]))
+        for (a, b), step in zip(walled.edges, prices, strict=True):
             lengths[a], lengths[b] = min(lengths[a], lengths[b] + step), min(lengths[b], lengths[a] + step)
         if (before == lengths).all():
             break
-    np.testing.assert_allclose(dijkstra(walled._matrix(()), directed=False, indices=0), lengths)
+    np.testing.assert_allclose(dijkstra(walled._matrix((), 0.35), directed=False, indices=0), lengths)
 
 
 def test_edges_and_ways_do_not_cross_the_wall(walled):
@@ -77,6 +77,30 @@ def test_in_the_open_the_way_is_straight(field):
     way = field.path((-2.5, -1.5), (2.5, 1.5))
     assert way is not None
     assert length_m(way) == pytest.approx(np.hypot(5.0, 3.0))
+
+
+def test_a_narrow_passage_is_taken_in_its_middle():
+    """Two boards 0.8 m apart, to which the drives kept 0.25 m."""
+    graph = PlaceGraph(rows(lambda x, y: abs(x) > 0.5 or -0.15 <= y <= 0.15, spacing=0.05))
+    way = graph.path((-1.5, -1.2), (1.5, 1.2))
+    assert way is not None
+    along = np.interp(np.linspace(-0.4, 0.4, 9), way[:, 0], way[:, 1])
+    assert np.abs(along).max() < 0.12
+    assert np.abs(along).mean() < 0.06
+
+
+def test_the_price_of_a_line_is_its_length_in_the_middle_and_more_at_the_rim(field):
+    middle, rim, beyond = (field.price(np.array([[-1.0, y]]), np.array([[1.0, y]]))[0] for y in (0.0, 1.99, 2.15))
+    assert 2.0 <= middle < 0.9 * rim
+    assert rim < 0.8 * beyond
+
+
+def test_something_beside_a_narrow_way_does_not_close_it_with_little_clearance():
+    graph = PlaceGraph(rows(lambda x, y: abs(x) > 0.5 or -0.15 <= y <= 0.15, spacing=0.05))
+    board = [(0.0, -0.2)]
+    assert graph.path((-1.5, 0.0), (1.5, 0.0), board) is None
+    assert graph.path((-1.5, 0.0), (1.5, 0.0), board, 0.21) is not None
+    assert graph.path((-1.5, 0.0), (1.5, 0.0), [(0.0, 0.0)], 0.21) is None
 
 
 def test_only_driven_ways_join_lanes_that_are_far_apart():

@@ -30,7 +30,9 @@ _SEARCH_M = 0.6
 _KEPT_PLANS = 50
 _DEAD_ENDS = 2
 """Plans without a way before it gives up; each but the last forgets what was thought to be blocked."""
-_RECOVERIES, _AT_GOAL = 30, 4
+_SQUEEZE = 0.6
+"""Of the clearance, in the last round: with all of it a narrow way is closed by a touch of one of its sides."""
+_RECOVERIES, _AT_GOAL = 40, 4
 """As often it tries something else before it gives up, and where something stands at the goal itself."""
 
 
@@ -112,6 +114,9 @@ class PlaceGraphNavigator(LimitedNavigator):
 
     def _plan(self, here: FloatArray, now_s: float) -> None:
         self._way = self._graph.path(here, self._goal_m, self._blocked)
+        if self._way is None and self._dead_ends == _DEAD_ENDS - 1:
+            narrow = _SQUEEZE * self._graph.radius_m
+            self._way = self._graph.path(here, self._goal_m, self._blocked, narrow)
         self._planned_s = now_s
         if self._way is None:
             self._dead_ends += 1
