@@ -74,11 +74,8 @@ def command(
         raise typer.BadParameter("give drives to learn from, and at least one drive with --test REC")
     if report is not None:
         check_folder(report, "--report")
-    options, left_out = MethodOptions(weights=weights, seed=seed, quick=quick), ()
-    if method:
-        methods = make_methods(method, options)
-    else:
-        methods, left_out = default_methods(options)
+    options = MethodOptions(weights=weights, seed=seed, quick=quick)
+    methods, left_out = (make_methods(method, options), ()) if method else default_methods(options)
     mapped, tests = [open_recording(one) for one in recordings], [open_recording(one) for one in test]
     with progress_bars() as progress:
         comparison = compare(mapped, tests, methods, positions=positions, progress=progress)

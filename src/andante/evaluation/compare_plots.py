@@ -47,8 +47,8 @@ def error_maps(answers: Mapping[str, Answers], mapped_m: FloatArray) -> Figure:
     truth = np.concatenate([mapped_m, *(one.truth for one in answers.values())])
     low, high = truth.min(axis=0) - 0.5, truth.max(axis=0) + 0.5
     with mpl.rc_context(STYLE):
-        tall = _PANEL_INCHES * float((high - low)[1] / (high - low)[0])
-        figure = Figure(figsize=(_PANEL_INCHES * columns + 0.8, (tall + 0.45) * rows + 0.3), layout="constrained")
+        tall = 0.87 * _PANEL_INCHES * float((high - low)[1] / (high - low)[0])
+        figure = Figure(figsize=(_PANEL_INCHES * columns + 0.8, (tall + 0.5) * rows + 0.4), layout="compressed")
         panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
         norm = LogNorm(_LEAST_M, FAR_M)
         for axes, (name, one) in zip(panels.flat, answers.items(), strict=False):
@@ -97,7 +97,7 @@ def error_distributions(tests: Mapping[str, Mapping[str, Answers]]) -> Figure:
 def _error_map(axes: Axes, one: Answers, mapped_m: FloatArray, norm: LogNorm) -> None:
     errors = np.nan_to_num(one.errors, nan=np.inf)
     far = errors > FAR_M
-    axes.plot(*mapped_m.T, ".", ms=1.5, color=INK, alpha=0.35, mew=0, rasterized=True)
+    axes.plot(*mapped_m.T, ".", ms=2.2, color=INK, alpha=0.6, mew=0, rasterized=True)
     x, y = one.truth[~far].T
     colours = np.maximum(errors[~far], _LEAST_M)
     axes.scatter(x, y, s=7, c=colours, cmap=ERROR_COLOURS, norm=norm, lw=0, rasterized=True)
@@ -107,7 +107,7 @@ def _error_map(axes: Axes, one: Answers, mapped_m: FloatArray, norm: LogNorm) ->
 def _title(name: str, one: Answers) -> str:
     figures = one.figures()
     median = "no median" if figures.median_m is None else f"median {figures.median_m:.2f} m"
-    return f"{name}: {median}, {100 * figures.share_over_3m:.1f} % > 3 m"
+    return f"{name}\n{median}, {100 * figures.share_over_3m:.1f} % > 3 m"
 
 
 def _distribution(axes: Axes, one: Answers, line: tuple[str, str, float], name: str) -> None:
