@@ -23,7 +23,7 @@ EPILOG = examples(
 def command(
     recordings: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="REC...", show_default=False, help="Drives that every method learns from."),
+        typer.Argument(metavar="REC", show_default=False, help="Drives that every method learns from."),
     ] = None,
     *,
     test: Annotated[
