@@ -76,5 +76,5 @@ def test_without_headings_there_is_none():
 def test_drives_without_a_common_frame():
     poses = [Pose2D(float(at), 0.0, 0.0) for at in range(12)]
     drives = [drive(world(12), poses, odometry=poses, name=name) for name in "ab"]
-    with pytest.raises(RecordingError, match="2 drives with odometry alone have no common frame"):
+    with pytest.raises(RecordingError, match="the odometry of 2 recordings is in as many frames"):
         ThumbnailMethod().learn(drives, positions="odometry")

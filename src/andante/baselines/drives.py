@@ -1,80 +1,78 @@
-"""Drives as every method on the map's front end learns from them: the frames, positions and features of a map."""
+"""Drives as panoramas with poses, for methods that learn from the pictures themselves."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from andante.data import FloatArray, ImageArray, PoseSource
+from andante.data import FloatArray, Frame, FrameInfo, ImageArray, PoseSource, Trajectory
 from andante.errors import RecordingError
-from andante.mapping import FrontEnd, MapConfig, MappedSession, Progress, encode_session
-from andante.mapping.codes import Codes
-from andante.mapping.frontend import camera_and_size
-from andante.mapping.odometry import in_one_frame
-from andante.mapping.sessions import read_session
+from andante.mapping import FrontEnd, MapConfig, Progress
+from andante.mapping.sessions import usable_frames
 from andante.protocols import Recording
+from andante.recordings import map_frames
 
 
 @dataclass(frozen=True, eq=False)
 class Drives:
-    """n frames: ``features`` (n, d) float32, positions ``xy`` (n, 2), ``heading_rad`` (n,) with NaN where unknown."""
+    """The frames of some drives, one after the other.
 
-    front_end: FrontEnd
-    features: NDArray[np.float32] = field(repr=False)
-    xy: FloatArray = field(repr=False)
-    heading_rad: FloatArray = field(repr=False)
-
-
-def encoded_drives(
-    recordings: Sequence[Recording], positions: PoseSource, *, progress: Progress | None = None
-) -> Drives:
-    """The frames that the default map would learn from, with its features as it remembers them.
-
-    Where only odometry is known, drives are laid over each other as for a map. Raises ``RecordingError`` for recordings
-    without positions or with too many unreadable pictures.
+    ``panoramas`` (n, height, width) grey uint8, ``xy`` (n, 2) metres, ``heading`` (n,) radians and NaN where unknown;
+    ``skipped`` pictures could not be read or showed nothing. ``seconds`` went into all this.
     """
-    config, front_end = MapConfig(), _front_end(recordings)
-    sessions = [encode_session(one, front_end, positions, config, progress=progress) for one in recordings]
-    if positions == "odometry":
-        sessions, _ = in_one_frame([], list(zip(sessions, recordings, strict=True)), config.drift)
-    return _joined(front_end, sessions, Codes.joined([one.codes for one in sessions]).rows())
+
+    panoramas: ImageArray = field(repr=False)
+    xy: FloatArray = field(repr=False)
+    heading: FloatArray = field(repr=False)
+    skipped: int
+    seconds: float
 
 
-def pictured_drives(
+def read_drives(
     recordings: Sequence[Recording],
+    front_end: FrontEnd,
     positions: PoseSource,
-    picture: Callable[[ImageArray], NDArray[np.float32]],
     *,
     progress: Progress | None = None,
 ) -> Drives:
-    """The same frames with whatever ``picture`` makes of their grey panoramas (m, height, width): (m, d).
+    """All frames with a position where the robot was not standing still, in order.
 
-    Without the map's features drives cannot be laid over each other, so by odometry there may be only one.
+    Raises ``RecordingError`` for recordings without such frames, with too many unreadable ones, and for the odometry of
+    several drives, each of which begins in a frame of its own.
     """
     if positions == "odometry" and len(recordings) > 1:
         raise RecordingError(
-            f"{len(recordings)} drives with odometry alone have no common frame for this method; map one of them, or "
-            "use reference positions"
+            f"the odometry of {len(recordings)} recordings is in as many frames; give one recording, or reference "
+            "positions"
         )
-    config, front_end, parts = MapConfig(), _front_end(recordings), list[NDArray[np.float32]]()
-
-    def take(panoramas: ImageArray) -> None:
-        parts.append(picture(panoramas))
-
-    sessions = [read_session(one, front_end, positions, config, take, progress=progress) for one in recordings]
-    return _joined(front_end, sessions, np.concatenate(parts))
-
-
-def _front_end(recordings: Sequence[Recording]) -> FrontEnd:
-    if not recordings:
-        raise RecordingError("there is nothing to learn from: give at least one recording")
-    config = MapConfig()
-    return FrontEnd(*camera_and_size(recordings[0]), config.panorama, config.features)
+    start = time.perf_counter()
+    parts = [_read(recording, front_end.for_recording(recording), positions, progress) for recording in recordings]
+    panoramas = np.concatenate([pictures for pictures, _, _ in parts])
+    poses = np.concatenate([rows for _, rows, _ in parts])
+    skipped = sum(count for _, _, count in parts)
+    return Drives(panoramas, poses[:, :2], poses[:, 2], skipped, time.perf_counter() - start)
 
 
-def _joined(front_end: FrontEnd, sessions: Sequence[MappedSession], features: NDArray[np.float32]) -> Drives:
-    xy = np.concatenate([one.xy for one in sessions])
-    return Drives(front_end, features, xy, np.concatenate([one.heading_rad for one in sessions]))
+def _read(
+    recording: Recording, front_end: FrontEnd, positions: PoseSource, progress: Progress | None
+) -> tuple[ImageArray, FloatArray, int]:
+    """Panoramas (n, height, width), poses (n, 3) and how many frames were skipped."""
+    indices, _ = usable_frames(recording, positions, MapConfig())
+    infos, panoramas, skipped = list[FrameInfo](), list[ImageArray](), list[str]()
+
+    def panorama(frame: Frame) -> ImageArray:
+        return front_end.grey_panorama(frame.image)
+
+    def on_skip(info: FrameInfo, reason: str) -> None:
+        skipped.append(reason)
+
+    for info, picture in map_frames(recording, panorama, indices, on_skip=on_skip):
+        infos.append(info)
+        panoramas.append(picture)
+        if progress is not None:
+            progress(recording.name, len(infos) + len(skipped), len(indices))
+    track = Trajectory.of(infos, positions)
+    return np.stack(panoramas), np.column_stack([track.xy_m, track.heading_rad]), len(skipped)

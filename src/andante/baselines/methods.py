@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Literal
 
 from andante.baselines.maps import MapMethod
 from andante.baselines.method import Method
@@ -58,6 +59,30 @@ def _thesis(options: MethodOptions) -> Method:
     return MapMethod("thesis", config)
 
 
+def _structure(view: Literal["fisheye", "pinhole"]) -> Callable[[MethodOptions], Method]:
+    def make(options: MethodOptions) -> Method:
+        from andante.baselines.structure import Sift, Structure
+
+        return Structure(view, every_m=0.4, sift=Sift(most=1500)) if options.quick else Structure(view)
+
+    return make
+
+
+def _posenet(options: MethodOptions) -> Method:
+    from andante.baselines.posenet import PoseNet, Schedule
+
+    quick = Schedule(steps=400, max_seconds=60.0, seed=options.seed)
+    return PoseNet(schedule=quick if options.quick else Schedule(seed=options.seed))
+
+
+def _embedding(options: MethodOptions) -> Method:
+    from andante.baselines.embedding import Embedding
+
+    if options.weights is None or not options.weights.is_file():
+        raise InputError(f"--weights {options.weights} is no file; give the ONNX file of a network")
+    return Embedding(options.weights)
+
+
 METHODS: tuple[KnownMethod, ...] = (
     KnownMethod(ANDANTE, "a map of slow features with the package's defaults", _andante),
     KnownMethod("thesis", "a map of slow features with the thesis' choices", _thesis),
@@ -66,6 +91,26 @@ METHODS: tuple[KnownMethod, ...] = (
     KnownMethod("thumbnails", "the nearest thumbnails under every turn", lambda options: ThumbnailMethod()),
     KnownMethod("ridge", "ridge regression from our features", lambda options: ridge()),
     KnownMethod("gaussian-process", "a Gaussian process from our features", lambda options: gaussian_process()),
+    KnownMethod(
+        "embedding",
+        "the nearest mapped images by a network that the user brings (--weights)",
+        _embedding,
+        *("onnxruntime", "onnx"),
+        needs_weights=True,
+    ),
+    KnownMethod("posenet", "a network trained on the spot to tell the pose", _posenet, "torch", "torch"),
+    KnownMethod(
+        "structure-fisheye",
+        "structure from motion with SIFT on whole images, and perspective-n-point",
+        _structure("fisheye"),
+        *("pycolmap", "structure"),
+    ),
+    KnownMethod(
+        "structure-pinhole",
+        "the same on views of 90 degrees, as in the thesis",
+        _structure("pinhole"),
+        *("pycolmap", "structure"),
+    ),
 )
 """In the order of tables, the package's own first."""
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andante.baselines.baseline import Baseline
-from andante.baselines.drives import encoded_drives
+from andante.baselines.mapped_drives import mapped_drives
 from andante.baselines.gaussian_process import GaussianProcess
 from andante.baselines.method import Learned
 from andante.baselines.nearest import NearestNeighbours
@@ -36,7 +36,7 @@ class OnFeatures:
     ) -> Learned:
         """Raises ``RecordingError`` for recordings that a map could not be made of either."""
         start = time.perf_counter()
-        drives = encoded_drives(recordings, positions, progress=progress)
+        drives = mapped_drives(recordings, positions, progress=progress)
         read = time.perf_counter()
         localizer = self.fit(drives.front_end, "m", drives.features, drives.xy)
         return Learned(localizer, read - start, time.perf_counter() - read, localizer.bytes)

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from andante.angles import wrapped
-from andante.baselines.drives import pictured_drives
+from andante.baselines.drives import read_drives
+from andante.baselines.mapped_drives import default_front_end
 from andante.baselines.method import Learned
 from andante.data import Estimate, FloatArray, Hypothesis, ImageArray, PoseSource, Status
 from andante.errors import BlankImageError
@@ -99,10 +100,11 @@ class ThumbnailMethod:
     ) -> Learned:
         """Raises ``RecordingError`` for recordings without positions, and for several with odometry alone."""
         start = time.perf_counter()
-        drives = pictured_drives(recordings, positions, lambda stack: _rows(thumbnails(stack)), progress=progress)
+        front_end = default_front_end(recordings)
+        drives = read_drives(recordings, front_end, positions, progress=progress)
+        pictures = thumbnails(drives.panoramas)
         read = time.perf_counter()
-        spectra = spectra_of(drives.features.reshape(-1, *_SHAPE))
-        localizer = ThumbnailNeighbours(drives.front_end, spectra, drives.xy, drives.heading_rad)
+        localizer = ThumbnailNeighbours(front_end, spectra_of(pictures), drives.xy, drives.heading)
         return Learned(localizer, read - start, time.perf_counter() - read, localizer.bytes)
 
 
@@ -119,7 +121,3 @@ def spectra_of(pictures: Thumbnail) -> ComplexArray:
     spectra = fft.rfft(pictures, axis=-1)[..., 1 : _SHAPE[1] // 2]
     power = np.sqrt((np.abs(spectra) ** 2).sum(axis=(1, 2), keepdims=True))
     return np.asarray(spectra / np.maximum(power, 1e-9), dtype=np.complex64)
-
-
-def _rows(pictures: Thumbnail) -> Thumbnail:
-    return pictures.reshape(len(pictures), -1)
