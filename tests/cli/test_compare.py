@@ -56,7 +56,7 @@ def test_wrong_usage(garden, andante):
     for arguments in ((), (garden.monday,), ("--test", garden.sunday)):
         answer = andante("compare", *arguments)
         assert (answer.exit_code, answer.stdout) == (2, "")
-        assert "--test REC" in answer.stderr
+        assert "at least one drive with --test" in answer.stderr
 
 
 @pytest.mark.parametrize("as_json", [(), ("--json",)])

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andante.baselines.baseline import Baseline
-from andante.baselines.mapped_drives import mapped_drives
 from andante.baselines.gaussian_process import GaussianProcess
+from andante.baselines.mapped_drives import mapped_drives
 from andante.baselines.method import Learned
 from andante.baselines.nearest import NearestNeighbours
 from andante.baselines.ridge import RidgeRegression

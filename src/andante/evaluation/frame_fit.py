@@ -22,16 +22,17 @@ def fit_robustly(mapped: FloatArray, truth: FloatArray, source: str) -> Alignmen
     mapped, truth = mapped[known], truth[known]
     if len(mapped) < _FEWEST:
         return None
-    rng, best, chosen = np.random.default_rng(0), np.inf, None
-    for _ in range(_TRIALS):
-        pair = rng.choice(len(mapped), 2, replace=False)
-        # Two points close to each other tell no direction.
-        if min(float(np.linalg.norm(np.diff(one[pair], axis=0))) for one in (mapped, truth)) < _SPREAD_M:
-            continue
-        apart = np.linalg.norm(fit_rigid(mapped[pair], truth[pair], source).out_of_map(mapped) - truth, axis=1)
-        if (median := float(np.median(apart))) < best:
-            best, chosen = median, apart
-    if chosen is None:
+    rng = np.random.default_rng(0)
+    pairs = np.array([rng.choice(len(mapped), 2, replace=False) for _ in range(_TRIALS)])
+    a, b = mapped @ (1, 1j), truth @ (1, 1j)
+    turned, meant = np.diff(a[pairs])[:, 0], np.diff(b[pairs])[:, 0]
+    # Two points close to each other tell no direction.
+    telling = np.minimum(np.abs(turned), np.abs(meant)) > _SPREAD_M
+    if not telling.any():
         return None
-    closer = chosen <= best
+    turns = np.exp(1j * np.angle(meant[telling] / turned[telling]))
+    shifts = b[pairs[telling]].mean(axis=1) - turns * a[pairs[telling]].mean(axis=1)
+    medians = [np.median(np.abs(turn * a + shift - b)) for turn, shift in zip(turns, shifts, strict=True)]
+    best = int(np.argmin(medians))
+    closer = np.abs(turns[best] * a + shifts[best] - b) <= medians[best]
     return fit_rigid(mapped[closer], truth[closer], source)
