@@ -42,7 +42,7 @@ class Structure:
     """
 
     view: Literal["fisheye", "pinhole"] = "fisheye"
-    limit_deg: float = 88.0
+    limit_deg: float = 89.5
     pinhole_deg: float = 90.0
     every_m: float = 0.2
     poses: Literal["estimated", "given"] = "estimated"
@@ -66,7 +66,7 @@ class Structure:
         start = time.perf_counter()
         extractor, keyframes = self._read(recordings, positions, progress)
         read = time.perf_counter()
-        cloud, notes = self._reconstructed(extractor.view, keyframes, progress)
+        cloud, notes = self.reconstruct(extractor.view, keyframes, progress)
         localizer = StructureLocalizer(self.name, extractor, cloud, Matcher.of(cloud, self.rule), self.search)
         return Learned(localizer, read - start, time.perf_counter() - read, cloud.nbytes, notes)
 
@@ -91,10 +91,10 @@ class Structure:
             return FisheyeView.of(camera, self.limit_deg)
         return PinholeView.of(camera, self.pinhole_deg)
 
-    def _reconstructed(
-        self, view: View, keyframes: Keyframes, progress: Progress | None
+    def reconstruct(
+        self, view: View, keyframes: Keyframes, progress: Progress | None = None
     ) -> tuple[Cloud, tuple[str, ...]]:
-        """The points in the frame of the positions; raises ``LearningError`` where there are none."""
+        """The points in the frame of the positions and what to say of them; raises ``LearningError`` without any."""
         pairs = matched_pairs(keyframes.xy, keyframes.session, neighbours=self.neighbours, radius_m=self.radius_m)
         given = camera_poses(view, keyframes.xy, keyframes.heading) if self.poses == "given" else None
         models = reconstructions(keyframes.keypoints, colmap_camera(view), pairs, poses=given, progress=progress)
