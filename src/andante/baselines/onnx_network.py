@@ -35,7 +35,6 @@ class OnnxNetwork:
             self._session = _session(path, self.output)
         self.channels, self.input_px = _picture_shape(path, self._session.get_inputs(), input_px)
         self._input = self._session.get_inputs()[0].name
-        # A batch of a fixed size other than one would have to be filled up.
         self._one_by_one = isinstance(self._session.get_inputs()[0].shape[0], int)
 
     def __call__(self, pictures: Float32Array) -> Float32Array:
@@ -92,10 +91,12 @@ def _picture_shape(path: Path, inputs: list[Any], input_px: tuple[int, int] | No
         names = ", ".join(one.name for one in inputs)
         raise ConfigError(f"{path} has {len(inputs)} inputs ({names}); an embedding takes one, the picture")
     shape, kind = list(inputs[0].shape), inputs[0].type
-    if len(shape) != 4 or shape[1] not in (1, 3) or shape[0] == 0 or kind != "tensor(float)":
+    # The size of a batch is open or one; of any other size batches would have to be filled up.
+    fits = len(shape) == 4 and shape[1] in (1, 3) and (shape[0] == 1 or not isinstance(shape[0], int))
+    if not fits or kind != "tensor(float)":
         raise ConfigError(
             f"the input of {path} is {kind} of shape {shape}; an embedding takes tensor(float) of "
-            "(n, 1 or 3, height, width); export it with channels first"
+            "(1 or any, 1 or 3, height, width); export it with channels first"
         )
     height, width = shape[2:]
     if isinstance(height, int) and isinstance(width, int):

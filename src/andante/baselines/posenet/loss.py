@@ -10,8 +10,9 @@ from torch.nn import functional
 class GeometricLoss(nn.Module):
     """L = Lx exp(-sx) + sx + Lq exp(-sq) + sq, with learnt sx and sq (Kendall & Cipolla 2017, eq. 3).
 
-    Lx is the mean L1 distance of positions and Lq that of headings as unit vectors, over the pictures whose heading is
-    known; without any, the terms of the heading are left out. sx starts at 0 and sq at -3, as in the paper.
+    Lx is the mean distance of positions and Lq that of headings as unit vectors, over the pictures whose heading is
+    known; without any, the terms of the heading are left out. Distances are Euclidean: in the L1 norm of the paper,
+    half a turn off along an axis is a local minimum. sx starts at 0 and sq at -3, as there.
     """
 
     def __init__(self, s_position: float = 0.0, s_heading: float = -3.0) -> None:
@@ -21,10 +22,14 @@ class GeometricLoss(nn.Module):
 
     def forward(self, position: Tensor, heading: Tensor, true_position: Tensor, true_heading: Tensor) -> Tensor:
         """Positions (n, 2), heading vectors (n, 2) of any length, true headings (n,) in radians, NaN where unknown."""
-        loss: Tensor = (position - true_position).abs().sum(1).mean() * torch.exp(-self.s_position) + self.s_position
+        loss: Tensor = _mean_length(position - true_position) * torch.exp(-self.s_position) + self.s_position
         known = torch.isfinite(true_heading)
         if not known.any():
             return loss
         truth = torch.stack([true_heading[known].cos(), true_heading[known].sin()], 1)
-        turn = (functional.normalize(heading[known], dim=1) - truth).abs().sum(1).mean()
+        turn = _mean_length(functional.normalize(heading[known], dim=1) - truth)
         return loss + turn * torch.exp(-self.s_heading) + self.s_heading
+
+
+def _mean_length(vectors: Tensor) -> Tensor:
+    return torch.linalg.vector_norm(vectors, dim=1).mean()

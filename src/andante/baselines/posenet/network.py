@@ -8,8 +8,10 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from andante.baselines.posenet.pictures import AZIMUTH_STRIDE
+
 _STAGES = ((2, 4), (2, 2), (2, 2), (1, 1))
-"""Strides along elevation and azimuth of the stem and the stages."""
+"""Strides along elevation and azimuth of the stem and the stages; those along azimuth make ``AZIMUTH_STRIDE``."""
 _GROUP = 8
 """Channels that are normalised together; unlike a batch, a picture alone then gives the same as among others."""
 
@@ -38,8 +40,7 @@ class PoseNetwork(nn.Module):
         for up, across in _STAGES:
             height, width = math.ceil(height / up), math.ceil(width / across)
         self.column = nn.Sequential(nn.Conv1d(sizes[-1] * height, 8 * channels, 1), nn.ReLU())
-        step = math.prod(across for _, across in _STAGES)
-        azimuth = math.pi - 2 * math.pi * (step * torch.arange(width) + 0.5) / shape[1]
+        azimuth = math.pi - 2 * math.pi * (AZIMUTH_STRIDE * torch.arange(width) + 0.5) / shape[1]
         self.register_buffer("azimuth", azimuth if wrap else torch.zeros(width), persistent=False)
         self.azimuth: Tensor
         self.frequencies = frequencies if wrap else 0
@@ -51,7 +52,7 @@ class PoseNetwork(nn.Module):
         """(n, 1, height, width) -> (n, 2) and (n, 2); the heading's vector is not of unit length."""
         columns = self.column(self.backbone(panoramas).flatten(1, 2))
         heading = self._turned(self.direction(columns)).mean(2)
-        return self.position(self._pooled(columns, heading)), heading
+        return self.position(self._pooled(columns, heading.detach())), heading
 
     def _turned(self, direction: Tensor) -> Tensor:
         """Where columns look (n, 2, width) -> where the robot does, for every one of them."""

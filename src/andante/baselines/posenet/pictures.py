@@ -11,15 +11,24 @@ from andante.mapping.config import FeatureConfig, PanoramaConfig
 from andante.mapping.frontend import camera_and_size
 from andante.protocols import Recording
 
+AZIMUTH_STRIDE = 16
+"""Columns of a panorama to a column of the network; only where they come out even do its columns close the circle."""
 _LIGHT = MapConfig().features
 """Windows and floor of a map's own patch normalisation serve the network as well."""
 
 
 def front_end_of(recording: Recording, width_px: int, height_px: int, elevation_deg: tuple[float, float]) -> FrontEnd:
-    """What unwraps the pictures of a recording's camera; raises ``RecordingError`` where none can be read."""
+    """What unwraps the pictures of a recording's camera; ``width_px`` is rounded down to ``AZIMUTH_STRIDE``.
+
+    Raises ``RecordingError`` where none can be read.
+    """
+    camera, shape = camera_and_size(recording)
     low, high = elevation_deg
+    # Pictures that need no unwrapping are never enlarged.
+    width_px = width_px if camera.model == "fisheye" else min(width_px, shape[1])
+    width_px = max(1, width_px // AZIMUTH_STRIDE) * AZIMUTH_STRIDE
     panorama = PanoramaConfig(width_px=width_px, height_px=height_px, min_deg=low, max_deg=high)
-    return FrontEnd(*camera_and_size(recording), panorama, FeatureConfig(kind="flat"))
+    return FrontEnd(camera, shape, panorama, FeatureConfig(kind="flat"))
 
 
 def evened(panoramas: ImageArray, *, wrap: bool) -> Float32Array:

@@ -19,6 +19,8 @@ from andante.baselines.posenet.schedule import Schedule
 _WARM_UP = 0.05
 _CLIP = 1.0
 """Norm that gradients are clipped to."""
+_BALANCE_RATE = 0.05
+"""Learning rate of the two uncertainties: at that of the weights they would come too late to matter."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,43 +73,72 @@ def train(
 ) -> Course:
     """Learn from ``views``; the network is left with the weights that did best on ``held_out``."""
     loss = GeometricLoss()
-    optimiser = torch.optim.AdamW(
-        [
-            {"params": network.parameters(), "weight_decay": schedule.weight_decay},
-            {"params": loss.parameters(), "weight_decay": 0.0},
-        ],
-        lr=schedule.learning_rate,
-    )
-    start, best, best_step, end = time.perf_counter(), math.inf, 0, "all steps done"
-    kept = _copied(network)
-    batches = _batches(len(views), schedule.batch_size, generator)
-    step = 0
-    while step < schedule.steps:
-        # Time runs out as gently as steps do: the rate has come down to nothing when either is used up.
-        spent = max(step / schedule.steps, (time.perf_counter() - start) / schedule.max_seconds)
-        if spent >= 1:
-            end = f"stopped by the budget of {schedule.max_seconds:g} s"
-            break
+    optimiser = torch.optim.AdamW(network.parameters(), weight_decay=schedule.weight_decay)
+    balance = torch.optim.Adam(loss.parameters(), _BALANCE_RATE)
+    pace, keeper = _Pace(schedule), _Keeper(network, schedule)
+    batches, step = _batches(len(views), schedule.batch_size, generator), 0
+    while not (pace.over(step) or keeper.gave_up(step)):
         for group in optimiser.param_groups:
-            group["lr"] = schedule.learning_rate * _share_of_rate(spent)
+            group["lr"] = schedule.learning_rate * _share_of_rate(step / pace.steps)
         batch = views[next(batches)]
         panoramas, heading = augmentation(batch.panoramas, batch.heading, generator)
-        optimiser.zero_grad(set_to_none=True)
+        optimiser.zero_grad()
+        balance.zero_grad()
         loss(*network(panoramas), batch.position, heading).backward()
         torch.nn.utils.clip_grad_norm_(network.parameters(), _CLIP)
         optimiser.step()
+        balance.step()
         step += 1
-        if step % schedule.validate_every == 0 or step == schedule.steps:
-            progress(step, schedule.steps)
-            error = median_error(network, held_out)
-            if error < best:
-                best, best_step, kept = error, step, _copied(network)
-            elif step - best_step >= schedule.patience * schedule.validate_every:
-                end = f"stopped as {schedule.patience} validations brought nothing better"
-                break
-    network.load_state_dict(kept)
+        if step % schedule.validate_every == 0 or step == pace.steps:
+            pace.adapt(step)
+            progress(step, pace.steps)
+            keeper.offer(step, median_error(network, held_out))
+    end = "all of them"
+    if keeper.gave_up(step):
+        end = f"stopped as {schedule.patience} validations brought nothing better"
+    elif step < schedule.steps:
+        end = f"no more in the budget of {schedule.max_seconds:g} s"
+    network.load_state_dict(keeper.weights)
     network.eval()
-    return Course(step, step * schedule.batch_size / len(views), best, end)
+    return Course(step, step * schedule.batch_size / len(views), keeper.error, end)
+
+
+class _Pace:
+    """How many ``steps`` there is time for; then the learning rate comes down to nothing on any machine."""
+
+    def __init__(self, schedule: Schedule) -> None:
+        self.steps = schedule.steps
+        self._schedule, self._start = schedule, time.perf_counter()
+
+    def over(self, step: int) -> bool:
+        """Whether all steps are done, or time is up before that was foreseen."""
+        return step >= self.steps or time.perf_counter() - self._start >= self._schedule.max_seconds
+
+    def adapt(self, step: int) -> None:
+        """Go by how long the steps so far took."""
+        affordable = int(step * self._schedule.max_seconds / (time.perf_counter() - self._start))
+        self.steps = max(step, min(self._schedule.steps, affordable))
+
+
+class _Keeper:
+    """The weights that did best so far, and the ``error`` that they had."""
+
+    def __init__(self, network: PoseNetwork, schedule: Schedule) -> None:
+        self.error, self._step = math.inf, 0
+        self._network, self._patience = network, schedule.patience * schedule.validate_every
+        self.weights = self._copied()
+
+    def offer(self, step: int, error: float) -> None:
+        """Keep the weights of now if they are better."""
+        if error < self.error:
+            self.error, self._step, self.weights = error, step, self._copied()
+
+    def gave_up(self, step: int) -> bool:
+        """Whether nothing better came for too long."""
+        return step - self._step >= self._patience
+
+    def _copied(self) -> dict[str, Tensor]:
+        return {name: value.detach().clone() for name, value in self._network.state_dict().items()}
 
 
 def median_error(network: PoseNetwork, views: Views) -> float:
@@ -134,7 +165,3 @@ def _share_of_rate(spent: float) -> float:
     if spent < _WARM_UP:
         return (spent + 1e-3) / (_WARM_UP + 1e-3)
     return 0.5 * (1 + math.cos(math.pi * (spent - _WARM_UP) / (1 - _WARM_UP)))
-
-
-def _copied(network: PoseNetwork) -> dict[str, Tensor]:
-    return {name: value.detach().clone() for name, value in network.state_dict().items()}
