@@ -63,7 +63,7 @@ def _structure(view: Literal["fisheye", "pinhole"]) -> Callable[[MethodOptions],
     def make(options: MethodOptions) -> Method:
         from andante.baselines.structure import Sift, Structure
 
-        return Structure(view, every_m=0.4, sift=Sift(most=1500)) if options.quick else Structure(view)
+        return Structure(view, every_m=0.25, sift=Sift(most=2048)) if options.quick else Structure(view)
 
     return make
 
@@ -71,7 +71,7 @@ def _structure(view: Literal["fisheye", "pinhole"]) -> Callable[[MethodOptions],
 def _posenet(options: MethodOptions) -> Method:
     from andante.baselines.posenet import PoseNet, Schedule
 
-    quick = Schedule(steps=400, max_seconds=60.0, seed=options.seed)
+    quick = Schedule(steps=600, max_seconds=120.0, validate_every=20, seed=options.seed)
     return PoseNet(schedule=quick if options.quick else Schedule(seed=options.seed))
 
 

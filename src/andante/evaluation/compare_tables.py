@@ -78,8 +78,13 @@ def cost_table(entries: Sequence[Entry]) -> Table:
 
 
 def _error_cells(of: AnswerFigures) -> tuple[Cell, ...]:
+    # Kilometres have no decimals.
+    metres = [
+        value if value is None or value < 1000 else round(value)
+        for value in (of.median_m, of.mean_m, of.q75_m, of.max_m)
+    ]
     return (
-        *(of.median_m, of.mean_m, of.q75_m, of.max_m, 100 * of.share_over_1m, 100 * of.share_over_3m),
+        *(*metres, 100 * of.share_over_1m, 100 * of.share_over_3m),
         *(100 * of.lost_share, 100 * of.unanswered_share, of.heading_median_deg),
     )
 

@@ -68,11 +68,12 @@ def compared(bench: Bench, methods: Sequence[Method], *, quick: bool) -> Compari
             "code": code_hash(comparing=True),
         }
         stored = bench.store.load(key)
-        entry = Entry.restored(stored) if stored else enter(method, [mapped], tests, progress=bench.progress)
-        # A library that was missing may be there next time.
-        if stored is None and entry.failure is None:
-            bench.store.save(key, entry.stored())
-        entries.append(entry)
+        if stored is None:
+            stored = enter(method, [mapped], tests, progress=bench.progress).stored()
+            # A library that was missing may be there next time.
+            if stored["failure"] is None:
+                bench.store.save(key, stored)
+        entries.append(Entry.restored(stored))
     bench.progress("methods", len(methods), len(methods))
     require_success(entries)
     return Comparison((mapped,), tuple(tests), "reference", tuple(entries), hardware)

@@ -108,11 +108,11 @@ EXPERIMENTS = (
     Experiment(
         name="comparison",
         title="Slow features against structure, networks and neighbours",
-        source="8.3, tables 8.1 to 8.3, figures 8.3 to 8.6",
+        source="8.3",
         thesis="median 0.48 m on the mapped path, 0.72 m off it",
         plan=comparison_plan,
         run=run_comparison,
-        small=Scale(frames=284, image_px=320),
+        small=Scale(frames=284, image_px=480),
         full=Scale(frames=MAPPED_FRAMES, image_px=480),
     ),
 )
