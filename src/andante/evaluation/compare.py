@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
+
+import numpy as np
 
 from andante.baselines import MapLocalizer, Method, StagedLocalizer
 from andante.data import PoseSource
 from andante.errors import AndanteError, LearningError
-from andante.evaluation.alignment import Alignment
 from andante.evaluation.answers import Answers
 from andante.evaluation.frame_fit import fit_robustly
 from andante.evaluation.hardware import Hardware
@@ -143,38 +144,31 @@ def enter(
 
     try:
         learned = method.learn(recordings, positions=positions, progress=tell)
-        told = [_tell(learned.localizer, test, positions, tell) for test in tests]
+        single = {test.name: answers_of(learned.localizer, test, progress=tell) for test in tests}
+        followed = {test.name: told for test in tests if (told := _followed(learned.localizer, test, tell)) is not None}
     except AndanteError as error:
         return Entry(method.name, failure=str(error))
-    names = [test.name for test in tests]
-    return Entry(
-        method.name,
-        None,
-        learned.preprocessing_s,
-        learned.mapping_s,
-        learned.bytes,
-        learned.notes + tuple(note for one in told for note in one.notes),
-        {name: one.single for name, one in zip(names, told, strict=True)},
-        {name: one.followed for name, one in zip(names, told, strict=True) if one.followed is not None},
+    costs = (learned.preprocessing_s, learned.mapping_s, learned.bytes)
+    entry = Entry(method.name, None, *costs, learned.notes, single, followed)
+    return entry if positions == "reference" else _laid_over_truth(entry)
+
+
+def _laid_over_truth(entry: Entry) -> Entry:
+    """A method without a common frame with the truth, laid over it once, by its answers on all tests."""
+    told = list(entry.tests.values())
+    laid = fit_robustly(
+        np.concatenate([one.xy for one in told]),
+        np.concatenate([one.truth for one in told]),
+        "the closer half of the answers themselves",
     )
-
-
-@dataclass(frozen=True, eq=False)
-class _Told:
-    single: Answers
-    followed: Answers | None
-    notes: tuple[str, ...]
-
-
-def _tell(localizer: StagedLocalizer[Any], test: Recording, positions: PoseSource, progress: Progress) -> _Told:
-    """A localizer on one test; without a common frame with the truth, it is laid over it once."""
-    single, followed = answers_of(localizer, test, progress=progress), _followed(localizer, test, progress)
-    if positions == "reference":
-        return _Told(single, followed, ())
-    laid: Alignment | None = fit_robustly(single.xy, single.truth, f"half of the answers on {test.name}")
     if laid is None:
-        return _Told(single, followed, (f"too few answers on {test.name} to lay them over the truth",))
-    return _Told(single.laid_by(laid), None if followed is None else followed.laid_by(laid), (str(laid),))
+        return replace(entry, notes=(*entry.notes, "there are too few answers to lay them over the truth"))
+    return replace(
+        entry,
+        notes=(*entry.notes, str(laid)),
+        tests={name: one.laid_by(laid) for name, one in entry.tests.items()},
+        followed={name: one.laid_by(laid) for name, one in entry.followed.items()},
+    )
 
 
 def _followed(localizer: StagedLocalizer[Any], test: Recording, progress: Progress) -> Answers | None:
