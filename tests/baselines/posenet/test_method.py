@@ -8,7 +8,7 @@ import pytest
 from andante.baselines.method import Method, StagedLocalizer
 from andante.baselines.posenet import PoseNet, Schedule, method
 from andante.data import CameraSpec, Pose2D, Status
-from andante.errors import LearningError, MissingExtraError, RecordingError
+from andante.errors import ConfigError, LearningError, MissingExtraError, RecordingError
 from andante.recordings import MemoryRecording
 
 torch = pytest.importorskip("torch", reason="the extra torch is not installed")
@@ -79,6 +79,8 @@ def test_a_picture_that_does_not_go_around_and_unknown_headings_will_do(garden):
 
 
 def test_what_teaches_nothing_is_refused(garden):
+    with pytest.raises(ConfigError, match=r"channels of posenet must be a multiple of 8, got 12"):
+        PoseNet(channels=12)
     with pytest.raises(RecordingError, match=r"posenet needs at least one recording"):
         TINY.learn([])
     with pytest.raises(LearningError, match=r"posenet needs at least 8 frames, got 7; every 4th is held out"):

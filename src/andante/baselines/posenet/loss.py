@@ -32,4 +32,5 @@ class GeometricLoss(nn.Module):
 
 
 def _mean_length(vectors: Tensor) -> Tensor:
-    return torch.linalg.vector_norm(vectors, dim=1).mean()
+    mean: Tensor = torch.linalg.vector_norm(vectors, dim=1).mean()
+    return mean

@@ -13,9 +13,9 @@ import numpy as np
 from andante.baselines.drives import Drives, read_drives
 from andante.baselines.method import Learned
 from andante.baselines.posenet.pictures import evened, front_end_of
-from andante.baselines.posenet.schedule import Schedule
+from andante.baselines.posenet.schedule import CHANNEL_GROUP, Schedule
 from andante.data import FloatArray, PoseSource
-from andante.errors import LearningError, MissingExtraError, RecordingError
+from andante.errors import ConfigError, LearningError, MissingExtraError, RecordingError
 from andante.mapping import FrontEnd, Progress
 from andante.protocols import Recording
 
@@ -34,14 +34,20 @@ class PoseNet:
     From the thesis and the paper are the unwrapped panoramas, the validation on every fourth picture, and the loss that
     weighs position and heading by learnt uncertainties. Weights that were learnt elsewhere there are none: the network
     is small, starts from chance, and is made for panoramas (``PoseNetwork``). The same recordings and settings give
-    the same weights, unless time runs out.
+    the same weights, unless time runs out. Elevations end at 30 degrees: trained on a single drive, a network that
+    sees more of the sky finds its way by the clouds of that day.
+    ``channels`` are a multiple of 8. Raises ``ConfigError`` for others.
     """
 
     width_px: int = 256
-    height_px: int = 32
-    elevation_deg: tuple[float, float] = (3.0, 50.0)
+    height_px: int = 24
+    elevation_deg: tuple[float, float] = (3.0, 30.0)
     channels: int = 24
     schedule: Schedule = field(default_factory=Schedule)
+
+    def __post_init__(self) -> None:
+        if self.channels < 1 or self.channels % CHANNEL_GROUP:
+            raise ConfigError(f"channels of posenet must be a multiple of {CHANNEL_GROUP}, got {self.channels}")
 
     @property
     def name(self) -> str:

@@ -9,11 +9,10 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from andante.baselines.posenet.pictures import AZIMUTH_STRIDE
+from andante.baselines.posenet.schedule import CHANNEL_GROUP
 
 _STAGES = ((2, 4), (2, 2), (2, 2), (1, 1))
 """Strides along elevation and azimuth of the stem and the stages; those along azimuth make ``AZIMUTH_STRIDE``."""
-_GROUP = 8
-"""Channels that are normalised together; unlike a batch, a picture alone then gives the same as among others."""
 
 
 class PoseNetwork(nn.Module):
@@ -24,17 +23,17 @@ class PoseNetwork(nn.Module):
     the spot moves the columns: every column tells in which direction of the map it looks and how sure it is, and all
     of them together what the heading must be. With it the columns are laid out by the directions of the map, and the
     position is regressed from their first Fourier coefficients. Other pictures have no such order: their columns are
-    averaged.
+    averaged. ``channels`` are those of the first layer; normalising them in groups, not over a batch, a picture alone
+    gives the same as among others.
     """
 
     def __init__(self, shape: tuple[int, int], *, wrap: bool, channels: int = 24, frequencies: int = 3) -> None:
         super().__init__()
         height, width = shape
-        sizes = [channels, channels + channels // 3, 2 * channels + channels // 3 * 2, 4 * channels]
-        sizes = [_GROUP * math.ceil(size / _GROUP) for size in sizes]
+        sizes = (channels, channels + CHANNEL_GROUP, 2 * (channels + CHANNEL_GROUP), 4 * channels)
         stem, *stages = _STAGES
         layers: list[nn.Module] = [Convolution(1, sizes[0], 5, stem, wrap=wrap), nn.ReLU()]
-        for before, after, stride in zip(sizes, sizes[1:], stages, strict=False):
+        for before, after, stride in zip(sizes[:-1], sizes[1:], stages, strict=True):
             layers += [Residual(before, after, stride, wrap=wrap), Residual(after, after, (1, 1), wrap=wrap)]
         self.backbone = nn.Sequential(*layers)
         for up, across in _STAGES:
@@ -77,7 +76,7 @@ class Convolution(nn.Module):
         self.around = size // 2 if wrap else 0
         padding = (size // 2, 0 if wrap else size // 2)
         self.convolution = nn.Conv2d(before, after, size, stride, padding, bias=False)
-        self.norm = nn.GroupNorm(after // _GROUP, after)
+        self.norm = nn.GroupNorm(after // CHANNEL_GROUP, after)
 
     def forward(self, maps: Tensor) -> Tensor:
         """(n, before, height, width) -> (n, after, ...)."""
