@@ -18,7 +18,8 @@ from andante.evaluation.plots import ERROR_COLOURS, INK, STYLE, logarithmic
 FAR_M = 3.0
 """Beyond it the thesis draws pink triangles in place of colours."""
 _LEAST_M = 0.03
-_SHOWN_M = 0.01
+_SHOWN_M = (0.01, 30.0)
+"""Errors that are shown; methods that go astray by kilometres must not squeeze the others."""
 _FAR_COLOUR = "#e85da8"
 _COLUMNS = 3
 _PANEL_INCHES = 2.5
@@ -48,7 +49,7 @@ def error_maps(answers: Mapping[str, Answers], mapped_m: FloatArray) -> Figure:
     low, high = truth.min(axis=0) - 0.5, truth.max(axis=0) + 0.5
     with mpl.rc_context(STYLE):
         tall = 0.87 * _PANEL_INCHES * float((high - low)[1] / (high - low)[0])
-        figure = Figure(figsize=(_PANEL_INCHES * columns + 0.8, (tall + 0.5) * rows + 0.4), layout="compressed")
+        figure = Figure(figsize=(_PANEL_INCHES * columns + 0.8, (tall + 0.5) * rows + 0.4), layout="constrained")
         panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
         norm = LogNorm(_LEAST_M, FAR_M)
         for axes, (name, one) in zip(panels.flat, answers.items(), strict=False):
@@ -57,10 +58,8 @@ def error_maps(answers: Mapping[str, Answers], mapped_m: FloatArray) -> Figure:
             axes.title.set_fontsize(8)
         for axes in panels.flat[len(answers) :]:
             axes.set_axis_off()
-        for axes in panels[:, 0]:
-            axes.set_ylabel("y in m")
-        for axes in panels[-1]:
-            axes.set_xlabel("x in m")
+        figure.supxlabel("x in m", fontsize=9)
+        figure.supylabel("y in m", fontsize=9)
         scale = figure.colorbar(
             ScalarMappable(norm, ERROR_COLOURS), ax=list(panels.flat), shrink=0.8, pad=0.02, aspect=30
         )
@@ -81,7 +80,7 @@ def error_distributions(tests: Mapping[str, Mapping[str, Answers]]) -> Figure:
         for axes, (test, answers) in zip(panels.flat, tests.items(), strict=False):
             for name, one in answers.items():
                 _distribution(axes, one, _line(names.index(name)), name)
-            axes.set(title=test, xlabel="error in m", ylabel="share of images", ylim=(0, 1.02))
+            axes.set(title=test, xlabel="error in m", ylabel="share of images", xlim=_SHOWN_M, ylim=(0, 1.02))
             axes.title.set_fontsize(9)
             axes.axvline(FAR_M, color=_FAR_COLOUR, lw=0.8, alpha=0.6)
             logarithmic(axes, x=True)
@@ -107,12 +106,14 @@ def _error_map(axes: Axes, one: Answers, mapped_m: FloatArray, norm: LogNorm) ->
 def _title(name: str, one: Answers) -> str:
     figures = one.figures()
     median = "no median" if figures.median_m is None else f"median {figures.median_m:.2f} m"
+    if figures.median_m is not None and figures.median_m > 1000:
+        median = "median > 1 km"
     return f"{name}\n{median}, {100 * figures.share_over_3m:.1f} % > 3 m"
 
 
 def _distribution(axes: Axes, one: Answers, line: tuple[str, str, float], name: str) -> None:
     errors = one.errors
-    known = np.sort(np.maximum(errors[np.isfinite(errors)], _SHOWN_M))
+    known = np.sort(np.maximum(errors[np.isfinite(errors)], _SHOWN_M[0]))
     colour, dashes, width = line
     # What has no answer keeps the line below one.
     share = np.arange(1, len(known) + 1) / max(len(errors), 1)
