@@ -23,13 +23,16 @@ EPILOG = examples(
 def command(
     recordings: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="REC", show_default=False, help="Drives that every method learns from."),
+        typer.Argument(metavar="REC", show_default=False, help="Drives that every method learns from. Default: none."),
     ] = None,
     *,
     test: Annotated[
         list[Path] | None,
         typer.Option(
-            "--test", metavar="REC", help="An unseen drive with reference poses; repeatable.", show_default=False
+            "--test",
+            metavar="REC",
+            help="An unseen drive with reference poses; repeatable. Default: none.",
+            show_default=False,
         ),
     ] = None,
     method: Annotated[

@@ -107,7 +107,7 @@ EXPERIMENTS = (
     ),
     Experiment(
         name="comparison",
-        title="Slow features against structure, networks and neighbours",
+        title="Slow features against structure and networks",
         source="8.3",
         thesis="median 0.48 m on the mapped path, 0.72 m off it",
         plan=comparison_plan,
