@@ -35,7 +35,7 @@ def test_few_agreeing_points_are_a_guess_and_not_a_pose(world, localizer) -> Non
     seen = world.keypoints(np.zeros(3), np.random.default_rng(0))
     estimate = localizer.locate(Keypoints(seen.xy[:8], seen.descriptors[:8]))
     assert estimate.status is Status.LOST
-    assert estimate.reason == "only 8 of 8 recognised points agree with the pose, 15 have to"
+    assert estimate.reason == "only 8 of 8 recognised points agree with the pose, 18 have to"
     assert estimate.x_m is None
     assert np.hypot(estimate.hypotheses[0].x_m, estimate.hypotheses[0].y_m) < 0.2
 

@@ -45,7 +45,7 @@ class PoseSearch:
     """Poses are found from points that agree within ``error_px`` and believed where ``min_inliers`` of them do."""
 
     error_px: float = 6.0
-    min_inliers: int = 15
+    min_inliers: int = 18
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ class MatchRule:
 
     images: int = 20
     vote_ratio: float = 0.95
-    ratio: float = 0.85
+    ratio: float = 0.9
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -42,7 +42,7 @@ class Structure:
     """
 
     view: Literal["fisheye", "pinhole"] = "fisheye"
-    limit_deg: float = 88.0
+    limit_deg: float = 89.5
     pinhole_deg: float = 90.0
     every_m: float = 0.2
     poses: Literal["estimated", "given"] = "estimated"

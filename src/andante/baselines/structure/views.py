@@ -4,6 +4,9 @@ COLMAP knows few lenses, and hardly any up to the rim. Key points are therefore 
 moved to where an ideal equidistant lens (its SIMPLE_FISHEYE, r = f theta, below 90 degrees off axis) would have seen
 the same ray, which the camera model of Andante tells. So every lens is understood exactly and nothing is resampled.
 
+How far from the zenith matters more than all else: in a rendered garden a map of what lies up to 60 degrees off axis
+localizes one frame in eight, up to 80 degrees all of them, and each degree towards the horizon helps in other seasons.
+
 A camera frame has its third axis along the optical axis and its first along the robot's forward.
 """
 
@@ -26,6 +29,7 @@ if TYPE_CHECKING:
 
 _RIM_PX = 3.0
 """So near to the end of the picture the end itself is what a key point describes."""
+_FAR_PX = 1e6
 _LARGEST_DEG = 89.5
 """COLMAP's fisheye lenses see nothing at 90 degrees off axis."""
 
@@ -99,6 +103,12 @@ class FisheyeView:
         return float(fisheye_model(self.spec).radius_px(limit) / limit)
 
     @property
+    def _rim_rad(self) -> float:
+        """Where the picture ends, which is the ray that pixels outside of it are given."""
+        _, elevation, _ = rays_of_pixels(self.spec, -_FAR_PX, 0.0)
+        return float(np.pi / 2.0 - (elevation if self.spec.facing == "up" else -elevation))
+
+    @property
     def params(self) -> tuple[float, ...]:
         """See ``View``."""
         return self._focal_px, self.size[0] / 2.0, self.size[1] / 2.0
@@ -126,7 +136,7 @@ class FisheyeView:
         focal_px, cx, cy = self.params
         # Seen along a downward axis, counter-clockwise from above turns the other way.
         moved = np.column_stack([np.cos(azimuth), facing * np.sin(azimuth)]) * (focal_px * theta)[:, None] + (cx, cy)
-        return moved, seen & (theta <= np.radians(self.limit_deg) - _RIM_PX / focal_px)
+        return moved, seen & (theta <= min(np.radians(self.limit_deg), self._rim_rad - _RIM_PX / focal_px))
 
 
 @dataclass(frozen=True, slots=True)
