@@ -40,15 +40,15 @@ def _about_vertical(angle: float) -> FloatArray:
 @pytest.fixture(scope="session")
 def world() -> PointWorld:
     rng = np.random.default_rng(5)
-    bearing, distance = rng.uniform(0, 2 * np.pi, 300), rng.uniform(5, 9, 300)
-    xyz = np.column_stack([distance * np.cos(bearing), distance * np.sin(bearing), rng.uniform(0.3, 4, 300)])
-    units = np.abs(rng.normal(size=(300, 128)))
+    bearing, distance = rng.uniform(0, 2 * np.pi, 160), rng.uniform(5, 9, 160)
+    xyz = np.column_stack([distance * np.cos(bearing), distance * np.sin(bearing), rng.uniform(0.3, 4, 160)])
+    units = np.abs(rng.normal(size=(160, 128)))
     descriptors = np.round(512 * units / np.linalg.norm(units, axis=1, keepdims=True)).astype(np.uint8)
     return PointWorld(xyz, descriptors, FisheyeView.of(SPEC, 88.0))
 
 
 @pytest.fixture(scope="session")
 def loop() -> FloatArray:
-    """(24, 3) poses around an ellipse."""
-    turn = 2 * np.pi * np.arange(24) / 24
+    """(16, 3) poses around an ellipse."""
+    turn = 2 * np.pi * np.arange(16) / 16
     return np.column_stack([3 * np.cos(turn), 2 * np.sin(turn), turn + np.pi / 2])

@@ -63,8 +63,8 @@ def test_points_lie_where_they_are_in_the_frame_of_the_positions(world, loop, po
     cloud, notes = Structure(poses=poses).reconstruct(world.view, keyframes)
     likeness = cloud.descriptors.astype(float) @ world.descriptors.astype(float).T
     off_m: FloatArray = np.linalg.norm(cloud.xyz - world.xyz[likeness.argmax(axis=1)], axis=1)
-    assert notes == (f"24 of 24 frames registered in 1 models, {len(cloud)} points",)
-    assert len(cloud) > 200
+    assert notes == (f"16 of 16 frames registered in 1 models, {len(cloud)} points",)
+    assert len(cloud) > 100
     assert np.median(off_m) < tolerance_m
 
 

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     import pycolmap
 
 _FEWEST_IMAGES = 10
+_BLOCK = 250
+"""Pairs matched between two signs of progress."""
 
 
 def reconstructions(
@@ -82,7 +84,7 @@ def _write_database(path: Path, keypoints: Sequence[Keypoints], camera: pycolmap
 
 
 def _match(folder: Path, database: Path, pairs: IndexArray, step: Progress) -> None:
-    """Match and verify; what cannot be verified by a relative pose does not count."""
+    """Match and verify: what cannot be verified by a relative pose does not count."""
     library = colmap()
     matching = library.FeatureMatchingOptions(num_threads=default_workers(), use_gpu=False)
     verification = library.TwoViewGeometryOptions()
@@ -90,9 +92,11 @@ def _match(folder: Path, database: Path, pairs: IndexArray, step: Progress) -> N
     listed = folder / "pairs.txt"
     pairing = library.ImportedPairingOptions(match_list_path=listed)
     step("matching", 0, len(pairs))
-    listed.write_text("".join(f"{a + 1:06d} {b + 1:06d}\n" for a, b in pairs.tolist()), encoding="utf-8")
-    library.match_image_pairs(database, matching, pairing, verification, library.Device.cpu)
-    step("matching", len(pairs), len(pairs))
+    for first in range(0, len(pairs), _BLOCK):
+        block = pairs[first : first + _BLOCK].tolist()
+        listed.write_text("".join(f"{a + 1:06d} {b + 1:06d}\n" for a, b in block), encoding="utf-8")
+        library.match_image_pairs(database, matching, pairing, verification, library.Device.cpu)
+        step("matching", first + len(block), len(pairs))
 
 
 def _options() -> pycolmap.IncrementalPipelineOptions:
