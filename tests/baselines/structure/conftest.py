@@ -9,8 +9,6 @@ from andante.baselines.structure import Keypoints
 from andante.baselines.structure.views import FisheyeView, colmap_camera
 from andante.data import CameraSpec, FloatArray
 
-pytest.importorskip("pycolmap", reason="structure needs the extra: pip install 'andante[structure]'")
-
 SPEC = CameraSpec(centre_px=(119.5, 119.5), radius_px=120.0, forward_deg=30.0)
 
 
@@ -38,7 +36,12 @@ def _about_vertical(angle: float) -> FloatArray:
 
 
 @pytest.fixture(scope="session")
-def world() -> PointWorld:
+def colmap():
+    return pytest.importorskip("pycolmap", reason="COLMAP needs the extra: pip install 'andante[structure]'")
+
+
+@pytest.fixture(scope="session")
+def world(colmap) -> PointWorld:
     rng = np.random.default_rng(5)
     bearing, distance = rng.uniform(0, 2 * np.pi, 160), rng.uniform(5, 9, 160)
     xyz = np.column_stack([distance * np.cos(bearing), distance * np.sin(bearing), rng.uniform(0.3, 4, 160)])

@@ -8,6 +8,8 @@ from andante.data import CameraSpec, Pose2D
 from andante.errors import RecordingError
 from andante.recordings import MemoryRecording
 
+pytestmark = pytest.mark.usefixtures("colmap")
+
 SPEC = CameraSpec(centre_px=(31.5, 31.5), radius_px=32.0)
 
 

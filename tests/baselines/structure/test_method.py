@@ -11,6 +11,8 @@ from andante.errors import ConfigError, LearningError, MissingExtraError, Record
 from andante.recordings import MemoryRecording
 from andante.simulator import GardenSpec, Plan, Session, SimulatedCamera, SimulatedRecording
 
+pytestmark = pytest.mark.usefixtures("colmap")
+
 SPEC = CameraSpec(centre_px=(31.5, 31.5), radius_px=32.0)
 
 

@@ -6,6 +6,8 @@ from andante.camera import rays_of_pixels
 from andante.data import CameraSpec
 from andante.errors import ConfigError
 
+pytestmark = pytest.mark.usefixtures("colmap")
+
 PLACED = {"centre_px": (118.0, 121.0), "radius_px": 110.0}
 SPECS = [
     CameraSpec(**PLACED),
