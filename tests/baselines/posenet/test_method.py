@@ -13,7 +13,7 @@ from andante.recordings import MemoryRecording
 
 torch = pytest.importorskip("torch", reason="the extra torch is not installed")
 
-QUICK = Schedule(steps=120, batch_size=12, learning_rate=3e-3, validate_every=40, threads=1)
+QUICK = Schedule(steps=80, batch_size=12, validate_every=40, threads=1)
 TINY = PoseNet(width_px=128, height_px=12, channels=8, schedule=QUICK)
 
 
@@ -56,7 +56,7 @@ def test_what_it_cost_is_told(learned):
     assert learned.preprocessing_s > 0
     assert learned.mapping_s > 0
     assert learned.notes[0] == f"{count} parameters, from chance"
-    assert learned.notes[1] == "90 frames learnt, 120 steps or 16 epochs: all of them"
+    assert learned.notes[1] == "90 frames learnt, 80 steps or 11 epochs: all of them"
     assert learned.notes[2].startswith("median error on 30 frames held out (every 4th): ")
 
 

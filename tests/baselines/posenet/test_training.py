@@ -12,7 +12,7 @@ from andante.errors import ConfigError  # noqa: E402
 
 SHAPE = (8, 64)
 NOTHING = Augmentation(turn=False, contrast=0, brightness=0, noise=0, hidden=0, clouds=0)
-QUICK = Schedule(steps=150, batch_size=8, validate_every=10, patience=15, threads=1)
+QUICK = Schedule(steps=60, batch_size=8, validate_every=10, patience=15, threads=1)
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def test_a_tiny_network_learns_eight_pictures_by_heart(eight):
     network, course, seen = learn(eight)
     assert course.validation < 0.1
     assert median_error(network, eight) == course.validation
-    assert seen[-1] == (course.steps, 150)
+    assert seen[-1] == (course.steps, 60)
     with torch.inference_mode():
         _, heading = network.eval()(eight.panoramas)
     off = torch.atan2(heading[:, 1], heading[:, 0]) - eight.heading
@@ -64,7 +64,7 @@ def test_it_ends_when_time_is_up_or_nothing_gets_better(eight):
 
 def test_the_best_weights_are_kept(eight):
     # At a rate this high the network gets worse again before it ends.
-    wild = dataclasses.replace(QUICK, steps=30, validate_every=1, learning_rate=0.03, patience=30)
+    wild = dataclasses.replace(QUICK, steps=20, validate_every=1, learning_rate=0.03, patience=20)
     network, course, _ = learn(eight, wild)
     assert median_error(network, eight) == course.validation
 

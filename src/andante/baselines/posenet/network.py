@@ -27,7 +27,7 @@ class PoseNetwork(nn.Module):
     gives the same as among others.
     """
 
-    def __init__(self, shape: tuple[int, int], *, wrap: bool, channels: int = 24, frequencies: int = 3) -> None:
+    def __init__(self, shape: tuple[int, int], *, wrap: bool, channels: int = 24, frequencies: int = 6) -> None:
         super().__init__()
         height, width = shape
         sizes = (channels, channels + CHANNEL_GROUP, 2 * (channels + CHANNEL_GROUP), 4 * channels)

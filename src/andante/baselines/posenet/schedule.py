@@ -22,7 +22,7 @@ class Schedule:
 
     steps: int = 5000
     batch_size: int = 32
-    learning_rate: float = 2e-3
+    learning_rate: float = 3e-3
     weight_decay: float = 0.02
     max_seconds: float = 660.0
     validate_every: int = 100
