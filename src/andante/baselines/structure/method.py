@@ -29,22 +29,25 @@ from andante.protocols import Recording
 if TYPE_CHECKING:
     import pycolmap
 
+_EVERY_M = {"fisheye": 0.2, "pinhole": 0.05}
+
 
 @dataclass(frozen=True)
 class Structure:
     """A ``Method``: SIFT, structure from motion with COLMAP, and perspective-n-point; the intrinsics are known.
 
     ``view`` is the whole picture up to ``limit_deg`` off axis, or as in the thesis a pinhole view of ``pinhole_deg``
-    cut from its middle. Frames lie at least ``every_m`` apart. With ``poses`` estimated, COLMAP finds them from the
-    pictures alone and its reconstruction is laid over the positions, those within ``tolerance_m`` counting; given,
-    points are triangulated from positions and headings as they are. Pictures are matched along the drives and with the
-    ``neighbours`` nearest ones within ``radius_m``.
+    cut from its middle. Frames lie at least ``every_m`` apart, by default 0.2 m, and 0.05 m for pinhole views, which
+    share too little of the scene otherwise. With ``poses`` estimated, COLMAP finds them from the pictures alone and its
+    reconstruction is laid over the positions, those within ``tolerance_m`` counting; given, points are triangulated
+    from positions and headings as they are. Pictures are matched along the drives and with the ``neighbours`` nearest
+    ones within ``radius_m``.
     """
 
     view: Literal["fisheye", "pinhole"] = "fisheye"
     limit_deg: float = 89.5
     pinhole_deg: float = 90.0
-    every_m: float = 0.2
+    every_m: float | None = None
     poses: Literal["estimated", "given"] = "estimated"
     neighbours: int = 8
     radius_m: float = 2.0
@@ -77,7 +80,8 @@ class Structure:
             raise RecordingError("no recording was given; a reconstruction needs at least one drive")
         camera, image_shape = camera_and_size(recordings[0])
         extractor = Extractor(self._view_of(camera), image_shape, self.sift)
-        keyframes = read_keyframes(recordings, extractor, positions=positions, every_m=self.every_m, progress=progress)
+        every_m = _EVERY_M[self.view] if self.every_m is None else self.every_m
+        keyframes = read_keyframes(recordings, extractor, positions=positions, every_m=every_m, progress=progress)
         if self.poses == "given" and not np.isfinite(keyframes.heading).all():
             raise RecordingError(
                 f"{np.isnan(keyframes.heading).sum()} of {len(keyframes)} frames have no heading, which poses='given' "
