@@ -63,7 +63,7 @@ def _structure(view: Literal["fisheye", "pinhole"]) -> Callable[[MethodOptions],
     def make(options: MethodOptions) -> Method:
         from andante.baselines.structure import Sift, Structure
 
-        return Structure(view, every_m=0.25, sift=Sift(most=2048)) if options.quick else Structure(view)
+        return Structure(view, sift=Sift(most=2048)) if options.quick else Structure(view)
 
     return make
 
