@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from andante.camera import project, rays, scaled
+from andante.camera import project, rays, rays_of_pixels, scaled
 from andante.data import CameraSpec
 from andante.errors import ConfigError
 
@@ -40,6 +40,14 @@ def test_projecting_the_ray_of_a_pixel_gives_the_pixel(spec: CameraSpec) -> None
     np.testing.assert_allclose(y_px[valid], rows, atol=1e-6)
     assert (azimuth >= -np.pi).all()
     assert (azimuth < np.pi).all()
+
+
+@given(spec=cameras, x=st.floats(0.0, 71.0), y=st.floats(0.0, 63.0))
+@settings(max_examples=60)
+def test_places_between_pixels_have_rays_of_their_own(spec: CameraSpec, x: float, y: float) -> None:
+    azimuth, elevation, valid = rays_of_pixels(spec, x, y)
+    if valid:
+        np.testing.assert_allclose(project(spec, azimuth, elevation), (x, y), atol=1e-6)
 
 
 @given(

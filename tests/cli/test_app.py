@@ -18,6 +18,7 @@ def test_commands():
         "map",
         "localize",
         "evaluate",
+        "compare",
         "track",
         "update",
         "merge",

@@ -33,6 +33,7 @@ def test_list(andante, arguments):
 def test_list_as_json(andante):
     listed = andante("experiment", "--json").json["experiments"]
     names = ["static", "slow-light", "dynamic-object", "long-term", "tracking", "stress", "off-map", "navigation"]
+    names.append("comparison")
     assert [one["name"] for one in listed] == names
     assert all(set(one) == {"name", "title", "source", "thesis"} for one in listed)
 

@@ -14,6 +14,17 @@ from andante.mapping import FrontEnd
 from andante.mapping.frontend import Encoded
 from andante.mapping.slow_map import Unit
 
+Seen = Encoded | BlankImageError
+"""One picture through a front end, or why it shows nothing."""
+
+
+def seen_by(front_end: FrontEnd, image: ImageArray) -> Seen:
+    """Grey (height, width) or BGR (height, width, 3) uint8 -> features; raises ``ImageError`` for a foreign size."""
+    try:
+        return front_end.encode(image)
+    except BlankImageError as error:
+        return error
+
 
 @dataclass(frozen=True)
 class Baseline(ABC):
@@ -34,13 +45,24 @@ class Baseline(ABC):
     def position(self, features: NDArray[np.float32]) -> FloatArray:
         """(d,) -> (2,) metres, or the place number and zero."""
 
+    @property
+    @abstractmethod
+    def bytes(self) -> int:
+        """What has to be kept for localizing; features count one byte a number, as in maps."""
+
     def localize(self, image: ImageArray) -> Estimate:
         """Grey (height, width) or BGR (height, width, 3) uint8; lost only where the picture shows nothing."""
-        try:
-            encoded = self.front_end.encode(image)
-        except BlankImageError as error:
-            return Estimate(Status.LOST, str(error))
-        return self.estimate(encoded)
+        return self.locate(self.prepare(image))
+
+    def prepare(self, image: ImageArray) -> Seen:
+        """The features of an image."""
+        return seen_by(self.front_end, image)
+
+    def locate(self, prepared: Seen) -> Estimate:
+        """What was prepared -> estimate."""
+        if isinstance(prepared, BlankImageError):
+            return Estimate(Status.LOST, str(prepared))
+        return self.estimate(prepared)
 
     def estimate(self, encoded: Encoded) -> Estimate:
         """The same from one picture that is encoded already."""

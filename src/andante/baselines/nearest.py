@@ -43,6 +43,11 @@ class NearestNeighbours(Baseline):
         """The name in tables."""
         return f"nearest-{self.neighbours}"
 
+    @property
+    def bytes(self) -> int:
+        """What has to be kept for localizing; features count one byte a number, as in maps."""
+        return self.features.size + self.xy.nbytes
+
     def position(self, features: NDArray[np.float32]) -> FloatArray:
         """(d,) -> (2,)."""
         query = features - self.mean

@@ -46,6 +46,12 @@ class PrincipalComponents(Baseline):
         """The name in tables."""
         return "pca + same readout"
 
+    @property
+    def bytes(self) -> int:
+        """What has to be kept for localizing."""
+        readout = sum(array.nbytes for array in self.readout.to_arrays().values())
+        return self.pca.mean.nbytes + self.pca.components.nbytes + readout
+
     def position(self, features: NDArray[np.float32]) -> FloatArray:
         """(d,) -> (2,)."""
         xy: FloatArray = self.readout.locate(self.pca.transform(features[None])).xy[0]

@@ -48,6 +48,11 @@ class RidgeRegression(Baseline):
         """The name in tables."""
         return "ridge regression"
 
+    @property
+    def bytes(self) -> int:
+        """What has to be kept for localizing."""
+        return self.mean.nbytes + self.weights.nbytes + self.offset.nbytes
+
     def position(self, features: NDArray[np.float32]) -> FloatArray:
         """(d,) -> (2,)."""
         xy: FloatArray = (features - self.mean) @ self.weights + self.offset

@@ -13,6 +13,7 @@ from andante.camera.models import Stereographic as Stereographic
 from andante.camera.models import fisheye_model as fisheye_model
 from andante.camera.rays import project as project
 from andante.camera.rays import rays as rays
+from andante.camera.rays import rays_of_pixels as rays_of_pixels
 from andante.camera.rays import scaled as scaled
 from andante.camera.unwrap import FisheyeTable as FisheyeTable
 from andante.camera.unwrap import PanoramaGeometry as PanoramaGeometry

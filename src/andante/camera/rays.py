@@ -97,13 +97,23 @@ def project_held(
 def rays(spec: CameraSpec, image_shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
     """The ray of every pixel of a picture: (azimuth, elevation, valid), each (height, width).
 
+    As ``rays_of_pixels`` of all of them.
+    """
+    height, width = image_shape[:2]
+    return rays_of_pixels(spec, np.arange(width)[None, :], np.arange(height)[:, None])
+
+
+def rays_of_pixels(
+    spec: CameraSpec, x_px: ArrayLike, y_px: ArrayLike
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """The rays of places in a picture, which broadcast against each other: (azimuth, elevation, valid).
+
     Radians, azimuth in [-pi, pi). ``valid`` is false outside of the image circle, where the elevation is that of the
     rim. The exact inverse of ``project``. Raises ``ConfigError`` where the camera is no complete fisheye description.
     """
     lens = _Lens.of(spec)
-    height, width = image_shape[:2]
-    right = np.arange(width, dtype=np.float64)[None, :] - lens.centre_px[0]
-    up = lens.centre_px[1] - np.arange(height, dtype=np.float64)[:, None]
+    right = np.asarray(x_px, np.float64) - lens.centre_px[0]
+    up = lens.centre_px[1] - np.asarray(y_px, np.float64)
     radius = np.hypot(right, up)
     theta = lens.model.theta(np.minimum(radius, lens.rim_px))
     turn = np.arctan2(up, right) - np.radians(spec.forward_deg)

@@ -9,6 +9,7 @@ import typer
 from typer.core import TyperGroup
 
 from andante.cli import (
+    compare,
     demo,
     doctor,
     evaluate,
@@ -75,6 +76,7 @@ app = typer.Typer(
 app.command("map", epilog=map_.EPILOG)(map_.command)
 app.command("localize", epilog=localize.EPILOG)(localize.command)
 app.command("evaluate", epilog=evaluate.EPILOG)(evaluate.command)
+app.command("compare", epilog=compare.EPILOG)(compare.command)
 app.command("track", epilog=track.EPILOG)(track.command)
 app.command("update", epilog=update.EPILOG)(update.command)
 app.command("merge", epilog=merge.EPILOG)(merge.command)

@@ -83,6 +83,8 @@ def _list(*, as_json: bool) -> None:
 def _print(written: Written) -> None:
     for table in written.outcome.tables:
         print_table(table.title, table.columns, table.rows)
+        if table.verdict:
+            typer.echo(table.verdict)
     typer.echo(f"thesis {written.experiment.source}: {written.experiment.thesis}")
     for note in written.outcome.notes:
         hint(note)

@@ -111,12 +111,22 @@ class GaussianProcessReadout:
 
     def locate(self, slow: FloatArray, witness: Witness | None = None, hidden: Hidden | None = None) -> Located:
         """(n, k) -> n positions; likeness is the share of the prior variance that the points explain."""
-        cross = np.exp(-cdist(slow * self.metric, self.points, "sqeuclidean") / (2 * self.length**2))
+        cross = self._cross(slow)
         xy = cross @ self.dual + self.mean
         explained = (linalg.solve_triangular(self.factor, cross.T, lower=True) ** 2).sum(axis=0)
         unexplained = np.clip(1 - explained, 0, 1)
         variance = self.prior * (unexplained + self.noise)
         return _without_rivals(xy, variance[:, None, None] * np.eye(2), 1 - unexplained)
+
+    def position(self, slow: FloatArray) -> FloatArray:
+        """(n, k) -> positions (n, 2) alone, at a fraction of the time."""
+        xy: FloatArray = self._cross(slow) @ self.dual + self.mean
+        return xy
+
+    def _cross(self, slow: FloatArray) -> FloatArray:
+        """Kernel (n, m) between slow features and points."""
+        cross: FloatArray = np.exp(-cdist(slow * self.metric, self.points, "sqeuclidean") / (2 * self.length**2))
+        return cross
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Arrays by name, for a file."""

@@ -35,6 +35,9 @@ _DECISIVE_OF_TRACKS = (
     *("localization", "evaluation/figures.py", "evaluation/recovery.py"),
     *(f"evaluation/experiments/{name}.py" for name in ("followers", "rides", "scenarios", "stress", "told")),
 )
+_DECISIVE_OF_COMPARISONS = tuple(
+    f"evaluation/{name}.py" for name in ("answers", "compare", "frame_fit", "running", "staged", "tracking")
+)
 
 
 def default_cache() -> Path:
@@ -91,13 +94,18 @@ class ResultStore:
         return self._folder / f"{digest[:32]}.json"
 
 
-@lru_cache(maxsize=2)
-def code_hash(*, tracking: bool = False) -> str:
-    """16 hex digits that change with the part of the package's source that decides a result, or that of a track."""
+@lru_cache(maxsize=4)
+def code_hash(*, tracking: bool = False, comparing: bool = False) -> str:
+    """16 hex digits that change with the part of the package's source that decides a result.
+
+    That of a track depends on more than that of single images, and that of a comparison on more again.
+    """
     package, here = Path(andante.__file__).parent, Path(__file__).parent
     roots = [*(package / name for name in _DECISIVE), *(here / name for name in _DECISIVE_HERE)]
     if tracking:
         roots += [package / name for name in _DECISIVE_OF_TRACKS]
+    if comparing:
+        roots += [package / name for name in ("localization", "evaluation/figures.py", *_DECISIVE_OF_COMPARISONS)]
     sources = sorted(path for root in roots for path in ([root] if root.is_file() else root.rglob("*.py")))
     digest = hashlib.sha256()
     for path in sources:

@@ -10,12 +10,14 @@ from andante.evaluation.experiments.contenders import Contender
 from andante.evaluation.experiments.plans import Scale
 from andante.evaluation.experiments.statistics import Summary
 from andante.evaluation.experiments.trials import Bench
+from andante.evaluation.tables import Cell, Table
 from andante.simulator import Plan
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Cell = str | float | int | None
+__all__ = ["ERROR_COLUMNS", "Cell", "Experiment", "Outcome", "Plot", "Table", "error_cells"]
+
 ERROR_COLUMNS = ("mean [m]", "median [m]", "95 % [m]", "max [m]", "> 1 m [%]")
 """Of ``error_cells``."""
 
@@ -24,15 +26,6 @@ def error_cells(of: Summary) -> tuple[Cell, ...]:
     """The errors of a summary as a row; kilometres have no decimals."""
     values = (of.mean_m, of.median_m, of.p95_m, of.max_m, 100 * of.share_over_1m)
     return tuple(value if value < 1000 else round(value) for value in values)
-
-
-@dataclass(frozen=True)
-class Table:
-    """Rows below named columns; the first column names the row, ``None`` is what is unknown."""
-
-    title: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[Cell, ...], ...]
 
 
 @dataclass(frozen=True)

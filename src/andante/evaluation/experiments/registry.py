@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import partial
 
 from andante.errors import InputError
+from andante.evaluation.experiments.comparison import run_comparison
+from andante.evaluation.experiments.comparison_world import MAPPED_FRAMES, comparison_plan
 from andante.evaluation.experiments.long_term import run_long_term
 from andante.evaluation.experiments.navigation import run_navigation
 from andante.evaluation.experiments.navigation_world import navigation_plan
@@ -102,6 +104,16 @@ EXPERIMENTS = (
         run=run_navigation,
         small=Scale(frames=3000, image_px=300, errands=8, repeats=1),
         full=Scale(frames=15_000, image_px=300, errands=200, repeats=5),
+    ),
+    Experiment(
+        name="comparison",
+        title="Slow features against structure and networks",
+        source="8.3",
+        thesis="median 0.48 m on the mapped path, 0.72 m off it",
+        plan=comparison_plan,
+        run=run_comparison,
+        small=Scale(frames=284, image_px=480),
+        full=Scale(frames=MAPPED_FRAMES, image_px=480),
     ),
 )
 

@@ -132,7 +132,7 @@ def _page(
 
 def _as_text(table: Table) -> dict[str, Any]:
     rows = [[_text(cell) for cell in row] for row in table.rows]
-    return {"title": table.title, "columns": table.columns, "rows": rows}
+    return {"title": table.title, "columns": table.columns, "rows": rows, "verdict": table.verdict}
 
 
 def _text(cell: Cell) -> str:
