@@ -6,6 +6,7 @@ import pytest
 from andante.baselines.method import Method
 from andante.baselines.structure import Sift, Structure
 from andante.baselines.structure.keyframes import Keyframes
+from andante.baselines.structure.reconstruction import reconstructions
 from andante.data import CameraSpec, FloatArray, Pose2D, Status
 from andante.errors import ConfigError, LearningError, MissingExtraError, RecordingError
 from andante.recordings import MemoryRecording
@@ -68,6 +69,29 @@ def test_points_lie_where_they_are_in_the_frame_of_the_positions(world, loop, po
     assert notes == (f"16 of 16 frames registered in 1 models, {len(cloud)} points",)
     assert len(cloud) > 100
     assert np.median(off_m) < tolerance_m
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_known_poses_serve_where_too_few_are_found(world, loop, known, monkeypatch: pytest.MonkeyPatch) -> None:
+    def none_found(*given, poses=None, **options):
+        return [] if poses is None else reconstructions(*given, poses=poses, **options)
+
+    monkeypatch.setattr("andante.baselines.structure.method.reconstructions", none_found)
+    rng = np.random.default_rng(0)
+    seen = [world.keypoints(pose, rng) for pose in loop]
+    heading = loop[:, 2] if known else np.full(len(loop), np.nan)
+    keyframes = Keyframes(seen, loop[:, :2], heading, np.zeros(len(loop), np.int64))
+    if not known:
+        with pytest.raises(LearningError, match=r"nothing could be reconstructed from 16 frames"):
+            Structure().reconstruct(world.view, keyframes)
+        return
+    cloud, notes = Structure().reconstruct(world.view, keyframes)
+    assert len(cloud) > 100
+    assert notes[0].startswith("0 of 16 frames registered")
+    assert notes[1:] == (
+        "too few: points were triangulated from the given poses instead",
+        f"16 of 16 frames registered in 1 models, {len(cloud)} points",
+    )
 
 
 def test_a_reconstruction_that_does_not_fit_the_positions_is_no_map(world, loop) -> None:

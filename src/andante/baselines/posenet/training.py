@@ -93,6 +93,8 @@ def train(
             pace.adapt(step)
             progress(step, pace.steps)
             keeper.offer(step, median_error(network, held_out))
+    if step and math.isinf(keeper.error):  # time was up before the first look
+        keeper.offer(step, median_error(network, held_out))
     end = "all of them"
     if keeper.gave_up(step):
         end = f"stopped as {schedule.patience} validations brought nothing better"

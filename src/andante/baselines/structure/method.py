@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     import pycolmap
 
 _EVERY_M = {"fisheye": 0.2, "pinhole": 0.05}
+_ENOUGH = 0.5
+"""Of the frames; where COLMAP finds the poses of fewer, known poses serve better."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +42,9 @@ class Structure:
     cut from its middle. Frames lie at least ``every_m`` apart, by default 0.2 m, and 0.05 m for pinhole views, which
     share too little of the scene otherwise. With ``poses`` estimated, COLMAP finds them from the pictures alone and its
     reconstruction is laid over the positions, those within ``tolerance_m`` counting; given, points are triangulated
-    from positions and headings as they are. Pictures are matched along the drives and with the ``neighbours`` nearest
-    ones within ``radius_m``.
+    from positions and headings as they are. That is also done where fewer than half of the poses are found and headings
+    are known, as under clouds: they fill most of an upward picture and look as if the camera did not move. Pictures are
+    matched along the drives and with the ``neighbours`` nearest ones within ``radius_m``.
     """
 
     view: Literal["fisheye", "pinhole"] = "fisheye"
@@ -99,27 +102,41 @@ class Structure:
         self, view: View, keyframes: Keyframes, progress: Progress | None = None
     ) -> tuple[Cloud, tuple[str, ...]]:
         """The points in the frame of the positions and what to say of them; raises ``LearningError`` without any."""
+        known = bool(np.isfinite(keyframes.heading).all())
+        if self.poses == "given":
+            cloud, notes, _ = self._reconstructed(view, keyframes, progress, given=True)
+        else:
+            cloud, notes, posed = self._reconstructed(view, keyframes, progress, given=False)
+            if known and posed < _ENOUGH * len(keyframes):
+                cloud, more, _ = self._reconstructed(view, keyframes, progress, given=True)
+                notes = (*notes, "too few: points were triangulated from the given poses instead", *more)
+        if len(cloud) == 0:
+            raise LearningError(
+                f"nothing could be reconstructed from {len(keyframes)} frames with "
+                f"{np.mean([len(one) for one in keyframes.keypoints]):.0f} key points each"
+                f"{''.join(f'; {note}' for note in notes[1:])}; use frames closer together or pictures that show more"
+            )
+        return cloud, notes
+
+    def _reconstructed(
+        self, view: View, keyframes: Keyframes, progress: Progress | None, *, given: bool
+    ) -> tuple[Cloud, tuple[str, ...], int]:
+        """The points in the frame of the positions, what to say of them, and of how many frames COLMAP had a pose."""
         pairs = matched_pairs(keyframes.xy, keyframes.session, neighbours=self.neighbours, radius_m=self.radius_m)
-        given = camera_poses(view, keyframes.xy, keyframes.heading) if self.poses == "given" else None
-        models = reconstructions(keyframes.keypoints, colmap_camera(view), pairs, poses=given, progress=progress)
+        poses = camera_poses(view, keyframes.xy, keyframes.heading) if given else None
+        models = reconstructions(keyframes.keypoints, colmap_camera(view), pairs, poses=poses, progress=progress)
         parts, notes, registered = list[Cloud](), list[str](), 0
         for model in models:
             try:
-                similarity = self._laid_over(model, view, keyframes.xy) if given is None else Similarity.identity()
+                similarity = Similarity.identity() if given else self._laid_over(model, view, keyframes.xy)
             except LearningError as error:
                 notes.append(f"a part of {model.num_reg_images()} frames was left out: {error}")
                 continue
             parts.append(Cloud.of(model, keyframes.keypoints, similarity))
             registered += model.num_reg_images()
         cloud = Cloud.joined(parts)
-        if len(cloud) == 0:
-            raise LearningError(
-                f"nothing could be reconstructed from {len(keyframes)} frames with "
-                f"{np.mean([len(one) for one in keyframes.keypoints]):.0f} key points each"
-                f"{''.join(f'; {note}' for note in notes)}; use frames closer together or pictures that show more"
-            )
         found = f"{registered} of {len(keyframes)} frames registered in {len(parts)} models, {len(cloud)} points"
-        return cloud, (found, *notes)
+        return cloud, (found, *notes), sum(model.num_reg_images() for model in models)
 
     def _laid_over(self, model: pycolmap.Reconstruction, view: View, xy: FloatArray) -> Similarity:
         numbers = sorted(model.reg_image_ids())
