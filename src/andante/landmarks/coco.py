@@ -69,7 +69,8 @@ def to_coco(labels: Sequence[Labels], geometry: PanoramaGeometry) -> dict[str, A
     names = names_of(labels)
     if len(names) < len(labels):
         raise InputError("two sets of labels are of one landmark; join them first")
-    images, annotations = [], []
+    images: list[dict[str, Any]] = []
+    annotations: list[dict[str, Any]] = []
     for frame in sorted({frame for one in labels for frame in one.frames}):
         absent = [names.index(one.name) + 1 for one in labels if frame in one.absent]
         size = {"width": geometry.width_px, "height": geometry.height_px}
