@@ -1,0 +1,183 @@
+"""One gesture of a person -> labels in all frames: where a landmark lies beside an anchor (thesis 7.2).
+
+An anchor is an object that a detector knows already, as a bicycle, put beside the landmark. The person says in one
+frame where the landmark lies, in units of the anchor's box; all frames in which the anchor was found follow from it.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from andante.angles import wrapped
+from andante.errors import InputError, LearningError
+from andante.landmarks.boxes import Box, Detection
+from andante.landmarks.strip import Strip
+from andante.protocols import Recording
+
+MIN_FRAMES = 10
+"""An anchor or a landmark in fewer frames teaches nothing."""
+FARTHEST, LARGEST = 20.0, 20.0
+"""Of an offset and of a size, in units of the anchor's box."""
+_VISIBLE_SHARE = 0.5
+_WIDEST_RAD = math.pi
+_NAME = re.compile(r"\w(?:[\w -]{0,38}\w)?")
+
+FindProgress = Callable[[int, int], None]
+"""Called with how many frames have been searched, and of how many."""
+
+
+class AnchorFinder(Protocol):
+    """Whatever finds an anchor in a recording."""
+
+    @property
+    def names(self) -> Sequence[str]:
+        """The kinds of anchor that it knows."""
+        ...
+
+    def find(self, recording: Recording, name: str, progress: FindProgress) -> Mapping[int, Detection]:
+        """The one anchor of this kind, by index of the frames in which it was found.
+
+        Raises ``AndanteError`` where there are several of a kind.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Relation:
+    """Where a landmark lies beside its anchor, in units of the anchor's box.
+
+    ``right`` and ``up`` lead from middle to middle, ``width`` and ``height`` are the landmark's size. Raises
+    ``InputError`` for sizes that are not positive and for anything beyond 20 anchors.
+    """
+
+    right: float
+    up: float
+    width: float
+    height: float
+
+    def __post_init__(self) -> None:
+        if not (abs(self.right) <= FARTHEST and abs(self.up) <= FARTHEST):
+            raise InputError(
+                f"a landmark {self.right:g} to the right and {self.up:g} above its anchor is no neighbour: give at "
+                f"most {FARTHEST:g} times the size of the anchor's box"
+            )
+        if not (0.0 < self.width <= LARGEST and 0.0 < self.height <= LARGEST):
+            raise InputError(
+                f"a landmark of {self.width:g} x {self.height:g} times the anchor's box cannot be: give a width and a "
+                f"height above 0, at most {LARGEST:g}"
+            )
+
+    @classmethod
+    def between(cls, anchor: Box, landmark: Box) -> Relation:
+        """How one box lies beside another."""
+        return cls(
+            wrapped(anchor.azimuth_rad - landmark.azimuth_rad) / anchor.width_rad,
+            (landmark.elevation_rad - anchor.elevation_rad) / anchor.height_rad,
+            landmark.width_rad / anchor.width_rad,
+            landmark.height_rad / anchor.height_rad,
+        )
+
+    def box(self, anchor: Box) -> Box:
+        """The landmark beside an anchor."""
+        return anchor.shifted(self.right, self.up, self.width, self.height)
+
+
+@dataclass(frozen=True, slots=True)
+class AnchorTrack:
+    """One anchor through a recording: by index of the frame, ascending, where it was found.
+
+    Raises ``LearningError`` where it was found in fewer than 10 frames.
+    """
+
+    name: str
+    detections: Mapping[int, Detection]
+
+    def __post_init__(self) -> None:
+        found = len(self.detections)
+        if not found:
+            raise LearningError(
+                f"no {self.name} was found in any frame; put one beside the landmark where the camera sees it whole, "
+                "or choose another kind of anchor"
+            )
+        if found < MIN_FRAMES:
+            raise LearningError(
+                f"the {self.name} was found in {found} frame{'s' if found > 1 else ''} only, at least {MIN_FRAMES} are "
+                "needed; drive nearer to it, more slowly, or choose another kind of anchor"
+            )
+
+    def best_frame(self) -> int:
+        """A frame to draw in: seen rather than followed, then where score and size are high."""
+
+        def merit(index: int) -> tuple[bool, float]:
+            one = self.detections[index]
+            return not one.followed, one.score * math.sqrt(one.box.width_rad * one.box.height_rad)
+
+        return max(self.detections, key=merit)
+
+
+@dataclass(frozen=True, slots=True)
+class Lesson:
+    """A landmark that was taught: its name, how, and its box by index of the frame."""
+
+    name: str
+    anchor: str
+    relation: Relation
+    boxes: Mapping[int, Box]
+
+    def without(self, frames: Sequence[int]) -> Lesson:
+        """The same without some frames; raises ``LearningError`` where fewer than 10 are left."""
+        kept = {index: box for index, box in self.boxes.items() if index not in frames}
+        if len(kept) < MIN_FRAMES:
+            raise LearningError(
+                f"landmark {self.name!r} would be left with {len(kept)} frames, at least {MIN_FRAMES} are needed; keep "
+                "more frames or draw the landmark again"
+            )
+        return Lesson(self.name, self.anchor, self.relation, kept)
+
+
+def teach(name: str, track: AnchorTrack, relation: Relation, strip: Strip) -> Lesson:
+    """The landmark's box in every frame with the anchor in which at least half of it lies in the picture.
+
+    Boxes are cut off where the picture ends. Raises ``InputError`` for a name that could not be one of a file, and
+    where the box lies outside of the picture in too many frames.
+    """
+    check_name(name)
+    boxes = {index: relation.box(one.box) for index, one in track.detections.items()}
+    kept = {index: part for index, box in boxes.items() if (part := _shown(box, strip)) is not None}
+    if len(kept) < MIN_FRAMES:
+        middle = math.degrees(float(np.median([box.elevation_rad for box in boxes.values()])))
+        low, high = math.degrees(strip.min_rad), math.degrees(strip.max_rad)
+        raise InputError(
+            f"landmark {name!r} lies outside of the picture in {len(boxes) - len(kept)} of {len(boxes)} frames: its "
+            f"middle is at {middle:.0f} degrees of elevation, pictures show {low:.0f} to {high:.0f}; choose a box "
+            f"nearer to the {track.name}"
+        )
+    return Lesson(name, track.name, relation, kept)
+
+
+def check_name(name: str) -> None:
+    """Raise ``InputError`` for a landmark's name that could not be one of a file."""
+    if not _NAME.fullmatch(name):
+        raise InputError(
+            f"a landmark cannot be called {name[:40]!r}; give 1 to 40 letters, digits, spaces, - and _, with a letter, "
+            "digit or _ at both ends"
+        )
+
+
+def spread(frames: Sequence[int], count: int) -> list[int]:
+    """At most ``count`` of some frames, spread evenly, both ends included."""
+    places = np.unique(np.linspace(0, len(frames) - 1, min(count, len(frames))).round().astype(int))
+    return [frames[at] for at in places]
+
+
+def _shown(box: Box, strip: Strip) -> Box | None:
+    """What of a box can be a label."""
+    if box.width_rad > _WIDEST_RAD or strip.visible_share(box) < _VISIBLE_SHARE:
+        return None
+    return strip.clipped(box)
