@@ -25,6 +25,7 @@ def test_commands():
         "rollback",
         "simulate",
         "navigate",
+        "teach",
         "export",
         "info",
         "doctor",

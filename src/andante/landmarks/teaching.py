@@ -7,16 +7,15 @@ frame where the landmark lies, in units of the anchor's box; all frames in which
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
-from andante.angles import wrapped
 from andante.errors import InputError, LearningError
 from andante.landmarks.boxes import Box, Detection
+from andante.landmarks.labels import check_name
 from andante.landmarks.strip import Strip
 from andante.protocols import Recording
 
@@ -26,7 +25,6 @@ FARTHEST, LARGEST = 20.0, 20.0
 """Of an offset and of a size, in units of the anchor's box."""
 _VISIBLE_SHARE = 0.5
 _WIDEST_RAD = math.pi
-_NAME = re.compile(r"\w(?:[\w -]{0,38}\w)?")
 
 FindProgress = Callable[[int, int], None]
 """Called with how many frames have been searched, and of how many."""
@@ -76,12 +74,7 @@ class Relation:
     @classmethod
     def between(cls, anchor: Box, landmark: Box) -> Relation:
         """How one box lies beside another."""
-        return cls(
-            wrapped(anchor.azimuth_rad - landmark.azimuth_rad) / anchor.width_rad,
-            (landmark.elevation_rad - anchor.elevation_rad) / anchor.height_rad,
-            landmark.width_rad / anchor.width_rad,
-            landmark.height_rad / anchor.height_rad,
-        )
+        return cls(*landmark.seen_from(anchor))
 
     def box(self, anchor: Box) -> Box:
         """The landmark beside an anchor."""
@@ -141,11 +134,27 @@ class Lesson:
         return Lesson(self.name, self.anchor, self.relation, kept)
 
 
+def find_track(finder: AnchorFinder, recording: Recording, name: str, progress: FindProgress) -> AnchorTrack:
+    """Look for an anchor in a recording.
+
+    Raises ``InputError`` for a kind that the finder does not know, ``LearningError`` where there is none, or in too few
+    frames, and what the finder raises.
+    """
+    check_kind(finder, name)
+    return AnchorTrack(name, dict(sorted(finder.find(recording, name, progress).items())))
+
+
+def check_kind(finder: AnchorFinder, name: str) -> None:
+    """Raise ``InputError`` for a kind of anchor that the finder does not know."""
+    if name not in finder.names:
+        raise InputError(f"no detector knows an anchor {name[:40]!r}; choose one of: {', '.join(finder.names)}")
+
+
 def teach(name: str, track: AnchorTrack, relation: Relation, strip: Strip) -> Lesson:
     """The landmark's box in every frame with the anchor in which at least half of it lies in the picture.
 
-    Boxes are cut off where the picture ends. Raises ``InputError`` for a name that could not be one of a file, and
-    where the box lies outside of the picture in too many frames.
+    Boxes are cut off where the picture ends. Raises ``InputError`` for a name that cannot be one, and where the box
+    lies outside of the picture in too many frames.
     """
     check_name(name)
     boxes = {index: relation.box(one.box) for index, one in track.detections.items()}
@@ -159,15 +168,6 @@ def teach(name: str, track: AnchorTrack, relation: Relation, strip: Strip) -> Le
             f"nearer to the {track.name}"
         )
     return Lesson(name, track.name, relation, kept)
-
-
-def check_name(name: str) -> None:
-    """Raise ``InputError`` for a landmark's name that could not be one of a file."""
-    if not _NAME.fullmatch(name):
-        raise InputError(
-            f"a landmark cannot be called {name[:40]!r}; give 1 to 40 letters, digits, spaces, - and _, with a letter, "
-            "digit or _ at both ends"
-        )
 
 
 def spread(frames: Sequence[int], count: int) -> list[int]:

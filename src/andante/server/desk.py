@@ -12,7 +12,16 @@ from typing import Any
 from andante.errors import AndanteError, InputError
 from andante.landmarks.boxes import Box
 from andante.landmarks.strip import Strip
-from andante.landmarks.teaching import AnchorFinder, AnchorTrack, Lesson, Relation, spread, teach
+from andante.landmarks.teaching import (
+    AnchorFinder,
+    AnchorTrack,
+    Lesson,
+    Relation,
+    check_kind,
+    find_track,
+    spread,
+    teach,
+)
 from andante.protocols import Recording
 
 _PREVIEWS, _SHEET = 12, 24
@@ -71,19 +80,14 @@ class Desk:
         self._work, self._lock = _Work(), Lock()
 
     @property
-    def saved(self) -> Saved | None:
-        """What was written, once it was."""
-        return self._work.saved
-
-    @property
-    def lessons(self) -> tuple[Lesson, ...]:
-        """What has been taught so far."""
-        return tuple(self._work.lessons)
+    def result(self) -> tuple[tuple[Lesson, ...], Saved] | None:
+        """What was taught and where it was written, once it was."""
+        saved = self._work.saved
+        return None if saved is None else (tuple(self._work.lessons), saved)
 
     def search(self, kind: str) -> None:
         """Begin to look for an anchor; raises ``InputError`` for an unknown kind and while a search runs."""
-        if kind not in self._finder.names:
-            raise InputError(f"no detector knows {kind[:40]!r}; choose one of: {', '.join(self._finder.names)}")
+        check_kind(self._finder, kind)
         with self._lock:
             work = self._work
             if work.phase not in (Phase.CHOOSE, Phase.DRAW):
@@ -106,7 +110,7 @@ class Desk:
 
         track, problem = None, None
         try:
-            track = AnchorTrack(kind, dict(sorted(self._finder.find(self.recording, kind, progress).items())))
+            track = find_track(self._finder, self.recording, kind, progress)
         except _StoppedSearch:
             pass
         except AndanteError as error:
@@ -144,7 +148,7 @@ class Desk:
             for name in left_out:
                 self._lesson(name)
             kept = [one.without(left_out.get(one.name, ())) for one in self._work.lessons]
-            self._work.saved = self._save(kept)
+            self._work.saved, self._work.lessons = self._save(kept), kept
             self._work.phase = Phase.SAVED
 
     def _lesson(self, name: str) -> Lesson:

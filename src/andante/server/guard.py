@@ -28,6 +28,7 @@ _HEADERS = {
     "Cache-Control": "no-store",
 }
 _READING = ("GET", "HEAD")
+_LENGTH_DIGITS = 9
 
 
 class Guard:
@@ -62,16 +63,7 @@ class Guard:
         site, origin = headers.get("sec-fetch-site", "none"), headers.get("origin")
         if site not in ("same-origin", "none") or (origin is not None and origin != f"http://{host}"):
             return HTTPStatus.FORBIDDEN, "another page asked for this; open the address that the server printed"
-        if method in _READING:
-            return None
-        if headers.get("content-type", "").split(";")[0].strip() != "application/json":
-            return HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "a request needs a body of type application/json"
-        length = headers.get("content-length", "")
-        if not (length.isascii() and length.isdecimal()):
-            return HTTPStatus.LENGTH_REQUIRED, "a request needs the length of its body"
-        if int(length) > MAX_BODY_BYTES:
-            return HTTPStatus.CONTENT_TOO_LARGE, f"a request has at most {MAX_BODY_BYTES} bytes, got {int(length)}"
-        return None
+        return None if method in _READING else _body_refusal(headers)
 
     def _is_own(self, host: str) -> bool:
         """Addresses in digits are nobody's name, so no name server can make them point here."""
@@ -86,3 +78,15 @@ class Guard:
         except ValueError:
             return False
         return True
+
+
+def _body_refusal(headers: Headers) -> tuple[HTTPStatus, str] | None:
+    """Status and reason where a body is not read; forms of other pages cannot send JSON without asking first."""
+    if headers.get("content-type", "").split(";")[0].strip() != "application/json":
+        return HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "a request needs a body of type application/json"
+    length = headers.get("content-length", "")
+    if not (length.isascii() and length.isdecimal()):
+        return HTTPStatus.LENGTH_REQUIRED, "a request needs the length of its body"
+    if len(length) > _LENGTH_DIGITS or int(length) > MAX_BODY_BYTES:
+        return HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"a request has at most {MAX_BODY_BYTES} bytes"
+    return None
