@@ -23,6 +23,8 @@ MIN_FRAMES = 10
 """An anchor or a landmark in fewer frames teaches nothing."""
 FARTHEST, LARGEST = 20.0, 20.0
 """Of an offset and of a size, in units of the anchor's box."""
+SUGGESTED = ("bicycle", "suitcase", "car", "umbrella", "person", "chair", "potted plant", "sports ball")
+"""Anchors that are easy to come by and to recognise; those of the thesis first (7.4)."""
 _VISIBLE_SHARE = 0.5
 _WIDEST_RAD = math.pi
 

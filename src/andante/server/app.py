@@ -117,6 +117,10 @@ def _add_faults(app: FastAPI) -> None:
         words = "there is no such page; frames are asked for by number, as /frames/0.jpg"
         return JSONResponse({"error": words if error.status_code == 404 else error.detail}, error.status_code)
 
+    @app.exception_handler(Exception)
+    def bug(_: Request, __: Exception) -> JSONResponse:
+        return JSONResponse({"error": "the server failed; the terminal in which it runs says why"}, 500)
+
 
 def _words(error: RequestValidationError) -> str:
     """What is wrong with the first wrong value, without its content beyond 40 characters."""

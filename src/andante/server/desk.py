@@ -13,6 +13,7 @@ from andante.errors import AndanteError, InputError
 from andante.landmarks.boxes import Box
 from andante.landmarks.strip import Strip
 from andante.landmarks.teaching import (
+    SUGGESTED,
     AnchorFinder,
     AnchorTrack,
     Lesson,
@@ -163,7 +164,8 @@ class Desk:
             work = self._work
             return {
                 "recording": {"name": self.recording.name, "frames": len(self.recording.infos)},
-                "kinds": list(self._finder.names),
+                "kinds": sorted(self._finder.names),
+                "suggested": [kind for kind in SUGGESTED if kind in self._finder.names],
                 "view": {
                     "min_rad": self.strip.min_rad,
                     "max_rad": self.strip.max_rad,

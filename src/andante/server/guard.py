@@ -40,8 +40,10 @@ class Guard:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer one request, or refuse it."""
+        if scope["type"] == "lifespan":
+            await self._app(scope, receive, send)
         if scope["type"] != "http":
-            return  # no web sockets here, and nothing to do when the server starts or ends
+            return  # no web sockets here
 
         async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":

@@ -45,8 +45,7 @@ function learn(state) {
   const before = known && step();
   known = state;
   if (state.phase === "search") setTimeout(poll, POLL_MS);
-  if (before === "search" && state.phase === "choose" && state.problem) complain(state.problem);
-  if (!before && state.problem) complain(state.problem);
+  if (state.problem) complain(state.problem);
   render(before);
 }
 
@@ -94,11 +93,15 @@ function render(before) {
 function renderChoose() {
   $("choose-back").hidden = known.phase !== "draw";
   if ($("kinds").childElementCount) return;
-  for (const [number, kind] of known.kinds.entries()) {
-    const radio = element("input", { type: "radio", name: "kind", value: kind, required: true });
-    radio.checked = known.kind ? kind === known.kind : number === 0;
+  for (const kind of known.suggested) {
+    const radio = element("input", { type: "radio", name: "kind", value: kind });
+    radio.checked = kind === (known.kind ?? known.suggested[0]);
+    radio.addEventListener("change", () => { $("other-kind").value = ""; });
     $("kinds").append(element("label", {}, radio, element("span", {}, kind)));
   }
+  const others = known.kinds.filter((kind) => !known.suggested.includes(kind));
+  $("other-row").hidden = !others.length;
+  $("other-kind").append(...others.map((kind) => element("option", { value: kind }, kind)));
 }
 
 function renderSearch() {
@@ -232,9 +235,13 @@ function renderSaved() {
 
 $("choose-form").addEventListener("submit", (event) => {
   event.preventDefault();
-  const kind = new FormData(event.target).get("kind");
+  const kind = $("other-kind").value || new FormData(event.target).get("kind");
   wish = null;
   tell(server.search(kind));
+});
+$("other-kind").addEventListener("change", () => {
+  const chosen = document.querySelector("#kinds input:checked");
+  if (chosen) chosen.checked = !$("other-kind").value;
 });
 $("choose-back").addEventListener("click", () => go(null));
 $("search-stop").addEventListener("click", () => tell(server.stopSearch()));
@@ -264,6 +271,11 @@ $("name-form").addEventListener("submit", async (event) => {
   event.preventDefault();
   if (!relation) return;
   const name = $("name").value.trim();
+  if (!name) {
+    complain("give the landmark a name first");
+    $("name").focus();
+    return;
+  }
   if (await tell(server.draw(name, relation))) {
     $("name").value = "";
     setRelation(null);
