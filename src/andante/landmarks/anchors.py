@@ -1,7 +1,7 @@
 """Anchors: things that a detector knows already, found all around a robot (thesis 7.2).
 
 The detector looks at overlapping cuts. What it sees in several of them is one thing, also across the seam of the
-panorama; a thing that the edge of one cut divides is whole in the next, or, where it is too wide for that, put together.
+panorama; a thing that the edge of one cut divides is whole in the next, or put together where it is too wide for that.
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ from andante.camera import PanoramaGeometry
 from andante.data import ImageArray
 from andante.landmarks.boxes import Box, Detection
 from andante.landmarks.cuts import Cuts
-from andante.landmarks.yolox import AnchorDetector as AnchorDetector
-from andante.landmarks.yolox import Found
+from andante.landmarks.yolox import AnchorDetector, Found
+
+__all__ = ["AnchorDetector", "PictureDetector", "find_anchors", "near_and_far"]
 
 PictureDetector = Callable[[ImageArray, float], Sequence[Found]]
 """BGR picture and least score -> what is in it, as ``AnchorDetector`` does."""

@@ -40,8 +40,8 @@ class Cuts:
     ) -> None:
         if count < 1 or not 360.0 / count <= wide_deg <= 150.0:
             raise ConfigError(
-                f"{count} cuts of {wide_deg:g} degrees leave gaps or are no pictures; take cuts of at most 150 degrees, "
-                "as many as it takes to go around"
+                f"{count} cuts of {wide_deg:g} degrees leave gaps or are no pictures; take cuts of at most 150 "
+                "degrees, as many as it takes to go around"
             )
         self.geometry, self.count, self.size_px = geometry, count, size_px
         self.focal_px = size_px / 2.0 / float(np.tan(np.radians(wide_deg) / 2.0))
