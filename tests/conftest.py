@@ -99,7 +99,7 @@ class AnchorScene:
 
     def __init__(self, found: Sequence[int] | None = None) -> None:
         self.found = range(self.frames) if found is None else found
-        self.searched = 0
+        self.searched: list[object] = []
 
     @staticmethod
     def anchor(index: int) -> Box:
@@ -112,9 +112,11 @@ class AnchorScene:
         """Above the bicycle and a little to its right."""
         return cls.anchor(index).shifted(0.2, 1.4, 1.6, 1.8)
 
-    def find(self, recording: Recording, name: str, progress: Callable[[int, int], None]) -> dict[int, Detection]:
+    def find(
+        self, recording: Recording, name: str, progress: Callable[[int, int], None], *, chosen: object = None
+    ) -> dict[int, Detection]:
         """As an anchor finder does; a car is never found."""
-        self.searched += 1
+        self.searched.append(chosen)
         for index in range(len(recording.infos)):
             progress(index + 1, len(recording.infos))
         if name != "bicycle":

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from andante.landmarks.strip import strip_of
+from andante.landmarks.surroundings import Surroundings
 from andante.server.app import teaching_app
 from andante.server.desk import Desk, Saved
 
@@ -27,7 +27,7 @@ def make_desk(anchor_scene) -> Callable[..., Any]:
             saved.append(list(lessons))
             return Saved("monday.landmarks", tuple(f"{one.name}.json" for one in lessons), "andante map monday")
 
-        desk = Desk(recording, strip_of(recording), finder, save)
+        desk = Desk(recording, Surroundings(recording), finder, save)
         app = teaching_app(desk, host="127.0.0.1", on_saved=lambda: done.append(True))
         return SimpleNamespace(desk=desk, finder=finder, saved=saved, done=done, app=app)
 

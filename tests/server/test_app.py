@@ -184,7 +184,7 @@ def test_other_pages_are_refused(headers, client):
     ):
         assert answer.status_code == 403
         assert "another page asked for this" in answer.json()["error"]
-    assert client.made.finder.searched == 0
+    assert client.made.finder.searched == []
 
 
 def test_the_own_page_is_served(client):

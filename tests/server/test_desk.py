@@ -87,7 +87,7 @@ def test_a_search_that_takes_long_can_be_stopped(make_desk):
     made = make_desk()
     begun, ended, go_on = threading.Event(), threading.Event(), threading.Event()
 
-    def slowly(recording, name, progress):
+    def slowly(recording, name, progress, *, chosen):
         try:
             progress(1, 40)
             begun.set()

@@ -1,11 +1,13 @@
 """The page in a real browser, as a person uses it."""
 
+import math
 import re
 import shutil
 from threading import Event, Thread
 
 import pytest
 
+from andante.landmarks.windows import elevations_rad
 from andante.server.app import teaching_app
 from andante.server.running import listen, serve
 
@@ -97,9 +99,10 @@ def drag(page, start, end):
 def drawn(served):
     """Corners of the shed in the picture that is drawn in, in shares of it."""
     index = served.desk.state()["anchor"]["best"]
-    anchor, shed, view = served.finder.anchor(index), served.finder.shed(index), served.desk.strip
-    wide, tall = 140 * 3.14159265 / 180, view.max_rad - view.min_rad
-    middle = 0.5 + 0.2 * anchor.width_rad / wide, (view.max_rad - shed.elevation_rad) / tall
+    anchor, shed = served.finder.anchor(index), served.finder.shed(index)
+    low, high = elevations_rad(served.desk.surroundings.geometry)
+    wide, tall = math.radians(140), high - low
+    middle = 0.5 + 0.2 * anchor.width_rad / wide, (high - shed.elevation_rad) / tall
     half = shed.width_rad / wide / 2, shed.height_rad / tall / 2
     return tuple(m - h for m, h in zip(middle, half, strict=True)), tuple(
         m + h for m, h in zip(middle, half, strict=True)
@@ -116,12 +119,13 @@ def test_two_landmarks_from_nothing_to_saved(page, served):
     assert len(marks(page)) == 12  # at once, without asking the server
     expect(page.locator("#fit")).to_have_text("In the picture in 40 of 40 frames with the bicycle.")
     # Compared with where the shed really lies in the frames of the previews.
-    wide, view = 110 * 3.14159265 / 180, served.desk.strip
+    wide = math.radians(110)
+    low, high = elevations_rad(served.desk.surroundings.geometry)
     for index, (x, y) in zip(served.desk.state()["anchor"]["previews"], marks(page), strict=True):
         anchor, shed = served.finder.anchor(index), served.finder.shed(index)
         right = 0.2 * anchor.width_rad
         assert x == pytest.approx(0.5 + right / wide, abs=0.01)
-        assert y == pytest.approx((view.max_rad - shed.elevation_rad) / (view.max_rad - view.min_rad), abs=0.02)
+        assert y == pytest.approx((high - shed.elevation_rad) / (high - low), abs=0.02)
 
     page.get_by_label("Name of the landmark").fill("shed")
     page.get_by_role("button", name="Add landmark").click()
@@ -183,7 +187,7 @@ def test_box_is_moved_sized_and_typed(page, served):
     assert float(page.locator("#right").input_value()) > right
     drag(page, (0.6, 0.4), (0.7, 0.45))  # its corner: sized
     assert float(page.locator("#width").input_value()) > float(width)
-    page.locator("summary").click()
+    page.get_by_text("Numbers instead of a drawing").click()
     page.locator("#right").fill("-1")
     page.locator("#up").fill("0.5")
     middle = page.eval_on_selector(
@@ -210,8 +214,8 @@ def test_messages(page, served):
     page.get_by_label("Name of the landmark").fill("../shed")
     page.get_by_role("button", name="Add landmark").click()
     expect(page.get_by_role("alert")).to_contain_text("A landmark cannot be called '../shed'")
-    page.locator("summary").click()
-    page.locator("#up").fill("6")
+    page.get_by_text("Numbers instead of a drawing").click()
+    page.locator("#up").fill("15")
     expect(page.locator("#fit")).to_have_class(re.compile("warn"))
     page.get_by_label("Name of the landmark").fill("shed")
     page.get_by_role("button", name="Add landmark").click()

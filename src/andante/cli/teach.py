@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,8 +17,9 @@ from andante.cli.output import examples, hint, print_facts, print_json, progress
 from andante.errors import InputError
 
 if TYPE_CHECKING:
-    from andante.landmarks.strip import Strip
+    from andante.landmarks.surroundings import Surroundings
     from andante.landmarks.teaching import AnchorFinder, Lesson, Relation
+    from andante.landmarks.tracks import Chosen
     from andante.protocols import Recording
     from andante.server.desk import Saved
 
@@ -55,6 +59,14 @@ def command(
             help="What the landmark is called; one --offset, --size and --name for each. Default: given on the page.",
         ),
     ] = None,
+    which: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FRAME,DEGREES",
+            help="Of two anchors of a kind the one nearest to this azimuth (left of the robot's forward is positive) "
+            "in this frame. Default: there is only one.",
+        ),
+    ] = None,
     weights: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="YOLOX-nano as ONNX. Default: downloaded once, checked by its SHA-256."),
@@ -71,31 +83,55 @@ def command(
 ) -> None:
     """Teach landmarks: show once where each lies beside a known object, on a local page or with options."""
     from andante.landmarks.lesson_files import check_new
-    from andante.landmarks.strip import strip_of
     from andante.recordings import open_recording
 
     drawn = _drawn(name or [], offset or [], size or [])
-    if drawn and anchor is None:
-        raise typer.BadParameter("--offset needs --anchor: beside what?")
-    opened = open_recording(recording)
-    folder = out or recording.resolve().with_name(f"{recording.resolve().name}.landmarks")
-    check_new(folder)
-    strip, finder = strip_of(opened), anchor_finder(weights)
-
-    def save(lessons: Sequence[Lesson]) -> Saved:
-        return _saved(folder, recording, opened, strip, lessons)
-
-    if anchor is not None and drawn:
-        lessons: Sequence[Lesson] = _taught(opened, strip, finder, anchor, drawn)
-        saved = save(lessons)
+    if anchor is None and (drawn or which is not None):
+        raise typer.BadParameter("--offset and --which need --anchor: which kind?")
+    room = _Classroom(recording, open_recording(recording), out or _beside(recording), anchor, _chosen(which))
+    check_new(room.folder)
+    finder = anchor_finder(weights)
+    if drawn:
+        lessons, saved = _by_options(room, finder, drawn)
     else:
-        lessons, saved = _on_page(opened, strip, finder, save, anchor=anchor, host=host, port=port, browser=browser)
+        lessons, saved = _on_page(room, finder, host=host, port=port, browser=browser)
     _tell(saved, lessons, as_json)
 
 
+@dataclass(frozen=True)
+class _Classroom:
+    """What is taught in, where labels go, and which anchor was asked for."""
+
+    path: Path
+    recording: Recording
+    folder: Path
+    anchor: str | None
+    chosen: Chosen | None
+
+    @cached_property
+    def surroundings(self) -> Surroundings:
+        """The recording's panoramas."""
+        from andante.landmarks.surroundings import Surroundings
+
+        return Surroundings(self.recording)
+
+    def save(self, lessons: Sequence[Lesson]) -> Saved:
+        """Write the labels."""
+        from andante.landmarks.lesson_files import write_lessons
+        from andante.server.desk import Saved
+
+        files = write_lessons(self.folder, self.recording, self.surroundings, lessons)
+        return Saved(str(self.folder), tuple(file.name for file in files), next_command(self.path, self.folder))
+
+
 def anchor_finder(weights: Path | None) -> AnchorFinder:
-    """YOLOX-nano from a file or a checked download."""
-    raise NotImplementedError
+    """YOLOX-nano, from a file or a download whose checksum is known."""
+    from andante.landmarks.search import AnchorSearch
+    from andante.landmarks.yolox import AnchorDetector
+
+    if weights is None:
+        raise InputError("--weights FILE is missing: the ONNX file of YOLOX-nano")
+    return AnchorSearch(AnchorDetector(weights))
 
 
 def _drawn(names: Sequence[str], offsets: Sequence[str], sizes: Sequence[str]) -> list[tuple[str, Relation]]:
@@ -122,6 +158,8 @@ def _drawn(names: Sequence[str], offsets: Sequence[str], sizes: Sequence[str]) -
 def _pair(text: str, option: str) -> tuple[float, float]:
     try:
         first, second = (float(part) for part in text.split(","))
+        if not (math.isfinite(first) and math.isfinite(second)):
+            raise ValueError
     except ValueError:
         raise InputError(
             f"{option} {text!r:.40} is no pair of numbers: give two with a comma between them, as 1.5,-0.5"
@@ -129,27 +167,23 @@ def _pair(text: str, option: str) -> tuple[float, float]:
     return first, second
 
 
-def _taught(
-    recording: Recording, strip: Strip, finder: AnchorFinder, anchor: str, drawn: Sequence[tuple[str, Relation]]
-) -> list[Lesson]:
+def _by_options(
+    room: _Classroom, finder: AnchorFinder, drawn: Sequence[tuple[str, Relation]]
+) -> tuple[Sequence[Lesson], Saved]:
     """Without a page."""
     from andante.landmarks.teaching import find_track, teach
 
+    kind, geometry = str(room.anchor), room.surroundings.geometry
     with progress_bars() as progress:
-        track = find_track(finder, recording, anchor, lambda done, total: progress(f"find {anchor}", done, total))
-    return [teach(name, track, relation, strip) for name, relation in drawn]
+        track = find_track(
+            finder, room.recording, kind, lambda done, total: progress(f"find {kind}", done, total), room.chosen
+        )
+    lessons = [teach(name, track, relation, geometry) for name, relation in drawn]
+    return lessons, room.save(lessons)
 
 
 def _on_page(
-    recording: Recording,
-    strip: Strip,
-    finder: AnchorFinder,
-    save: Callable[[Sequence[Lesson]], Saved],
-    *,
-    anchor: str | None,
-    host: str,
-    port: int,
-    browser: bool,
+    room: _Classroom, finder: AnchorFinder, *, host: str, port: int, browser: bool
 ) -> tuple[Sequence[Lesson], Saved]:
     """With a person in front of a page."""
     import webbrowser
@@ -159,21 +193,38 @@ def _on_page(
     def announce(url: str, local_only: bool) -> None:
         typer.echo(f"teach landmarks on {url} (Ctrl-C ends without saving)", err=True)
         if not local_only:
-            hint(
-                "--host: everybody who reaches this machine can see the pictures and teach; trust them or use 127.0.0.1"
-            )
+            hint(f"--host {host}: whoever reaches this machine can see the pictures and teach; else use 127.0.0.1")
         if browser:
             webbrowser.open(url)
 
-    return serve_teaching(recording, strip, finder, save, anchor=anchor, host=host, port=port, announce=announce)
+    return serve_teaching(
+        room.recording,
+        room.surroundings,
+        finder,
+        room.save,
+        announce=announce,
+        anchor=room.anchor,
+        chosen=room.chosen,
+        host=host,
+        port=port,
+    )
 
 
-def _saved(folder: Path, path: Path, recording: Recording, strip: Strip, lessons: Sequence[Lesson]) -> Saved:
-    from andante.landmarks.lesson_files import write_lessons
-    from andante.server.desk import Saved
+def _beside(recording: Path) -> Path:
+    """Where labels go by default."""
+    return recording.resolve().with_name(f"{recording.resolve().name}.landmarks")
 
-    files = write_lessons(folder, recording, strip, lessons)
-    return Saved(str(folder), tuple(file.name for file in files), next_command(path, folder))
+
+def _chosen(which: str | None) -> Chosen | None:
+    from andante.angles import wrapped
+    from andante.landmarks.tracks import Chosen
+
+    if which is None:
+        return None
+    frame, degrees = _pair(which, "--which")
+    if frame < 0 or frame != int(frame):
+        raise InputError(f"--which {which!r:.40}: a frame is a number from 0; give FRAME,DEGREES, as 12,-30")
+    return Chosen(int(frame), wrapped(math.radians(degrees)))
 
 
 def next_command(recording: Path, folder: Path) -> str:

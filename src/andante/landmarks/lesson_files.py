@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import shutil
 import uuid
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -15,14 +15,16 @@ from andante.errors import InputError
 from andante.landmarks.coco import export_coco
 from andante.landmarks.contact_sheet import contact_sheet
 from andante.landmarks.labels import Labels, write_file
-from andante.landmarks.strip import Strip
+from andante.landmarks.surroundings import Surroundings
 from andante.landmarks.teaching import Lesson
 from andante.protocols import Recording
 
 _COCO_WIDTH_PX = 1024
 
 
-def write_lessons(folder: Path, recording: Recording, strip: Strip, lessons: Sequence[Lesson]) -> list[Path]:
+def write_lessons(
+    folder: Path, recording: Recording, surroundings: Surroundings, lessons: Sequence[Lesson]
+) -> list[Path]:
     """Write ``NAME.json`` and ``NAME.png`` for every landmark and ``coco/`` to a new folder; gives what is in it.
 
     The folder appears only when it is complete. Raises ``InputError`` where it exists or cannot be written.
@@ -38,9 +40,9 @@ def write_lessons(folder: Path, recording: Recording, strip: Strip, lessons: Seq
         ]
         for one, lesson in zip(labels, lessons, strict=True):
             one.save(part / f"{one.name}.json")
-            sheet = contact_sheet(recording, strip, lesson)
+            sheet = contact_sheet(recording, surroundings, lesson)
             write_file(part / f"{one.name}.png", cv2.imencode(".png", sheet)[1].tobytes())
-        export_coco(labels, recording, part / "coco", coco_geometry(strip))
+        export_coco(labels, recording, part / "coco", coco_geometry(surroundings.geometry))
         part.rename(folder)
     except OSError as error:
         raise InputError(f"{folder} cannot be written: {error.strerror}; choose another place with --out") from None
@@ -55,8 +57,7 @@ def check_new(folder: Path) -> None:
         raise InputError(f"{folder} exists already; choose another folder with --out, or remove it first")
 
 
-def coco_geometry(strip: Strip) -> PanoramaGeometry:
-    """The panorama of exported pictures: the elevations of the strip, 1024 px around at most."""
-    width = min(strip.width_px, _COCO_WIDTH_PX)
-    height = max(1, round(width * strip.height_px / strip.width_px))
-    return PanoramaGeometry(width, height, math.degrees(strip.min_rad), math.degrees(strip.max_rad))
+def coco_geometry(seen: PanoramaGeometry) -> PanoramaGeometry:
+    """The panorama of exported pictures: the same elevations, 1024 px around at most."""
+    width = min(seen.width_px, _COCO_WIDTH_PX)
+    return replace(seen, width_px=width, height_px=max(1, round(width * seen.height_px / seen.width_px)))

@@ -7,29 +7,27 @@ frame where the landmark lies, in units of the anchor's box; all frames in which
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
+from andante.camera import PanoramaGeometry
 from andante.errors import InputError, LearningError
 from andante.landmarks.boxes import Box, Detection
 from andante.landmarks.labels import check_name
-from andante.landmarks.strip import Strip
+from andante.landmarks.search import MIN_FRAMES, Progress
+from andante.landmarks.tracks import Chosen
+from andante.landmarks.windows import clipped, visible_share
 from andante.protocols import Recording
 
-MIN_FRAMES = 10
-"""An anchor or a landmark in fewer frames teaches nothing."""
 FARTHEST, LARGEST = 20.0, 20.0
 """Of an offset and of a size, in units of the anchor's box."""
 SUGGESTED = ("bicycle", "suitcase", "car", "umbrella", "person", "chair", "potted plant", "sports ball")
 """Anchors that are easy to come by and to recognise; those of the thesis first (7.4)."""
 _VISIBLE_SHARE = 0.5
 _WIDEST_RAD = math.pi
-
-FindProgress = Callable[[int, int], None]
-"""Called with how many frames have been searched, and of how many."""
 
 
 class AnchorFinder(Protocol):
@@ -40,10 +38,12 @@ class AnchorFinder(Protocol):
         """The kinds of anchor that it knows."""
         ...
 
-    def find(self, recording: Recording, name: str, progress: FindProgress) -> Mapping[int, Detection]:
+    def find(
+        self, recording: Recording, name: str, progress: Progress | None = None, *, chosen: Chosen | None = None
+    ) -> Mapping[int, Detection]:
         """The one anchor of this kind, by index of the frames in which it was found.
 
-        Raises ``AndanteError`` where there are several of a kind.
+        ``chosen`` tells it from another one. Raises ``AndanteError`` where there are several and nothing tells.
         """
         ...
 
@@ -136,14 +136,16 @@ class Lesson:
         return Lesson(self.name, self.anchor, self.relation, kept)
 
 
-def find_track(finder: AnchorFinder, recording: Recording, name: str, progress: FindProgress) -> AnchorTrack:
+def find_track(
+    finder: AnchorFinder, recording: Recording, name: str, progress: Progress, chosen: Chosen | None = None
+) -> AnchorTrack:
     """Look for an anchor in a recording.
 
     Raises ``InputError`` for a kind that the finder does not know, ``LearningError`` where there is none, or in too few
     frames, and what the finder raises.
     """
     check_kind(finder, name)
-    return AnchorTrack(name, dict(sorted(finder.find(recording, name, progress).items())))
+    return AnchorTrack(name, dict(sorted(finder.find(recording, name, progress, chosen=chosen).items())))
 
 
 def check_kind(finder: AnchorFinder, name: str) -> None:
@@ -152,7 +154,7 @@ def check_kind(finder: AnchorFinder, name: str) -> None:
         raise InputError(f"no detector knows an anchor {name[:40]!r}; choose one of: {', '.join(finder.names)}")
 
 
-def teach(name: str, track: AnchorTrack, relation: Relation, strip: Strip) -> Lesson:
+def teach(name: str, track: AnchorTrack, relation: Relation, geometry: PanoramaGeometry) -> Lesson:
     """The landmark's box in every frame with the anchor in which at least half of it lies in the picture.
 
     Boxes are cut off where the picture ends. Raises ``InputError`` for a name that cannot be one, and where the box
@@ -160,10 +162,10 @@ def teach(name: str, track: AnchorTrack, relation: Relation, strip: Strip) -> Le
     """
     check_name(name)
     boxes = {index: relation.box(one.box) for index, one in track.detections.items()}
-    kept = {index: part for index, box in boxes.items() if (part := _shown(box, strip)) is not None}
+    kept = {index: part for index, box in boxes.items() if (part := _shown(box, geometry)) is not None}
     if len(kept) < MIN_FRAMES:
         middle = math.degrees(float(np.median([box.elevation_rad for box in boxes.values()])))
-        low, high = math.degrees(strip.min_rad), math.degrees(strip.max_rad)
+        low, high = geometry.min_deg, geometry.max_deg
         raise InputError(
             f"landmark {name!r} lies outside of the picture in {len(boxes) - len(kept)} of {len(boxes)} frames: its "
             f"middle is at {middle:.0f} degrees of elevation, pictures show {low:.0f} to {high:.0f}; choose a box "
@@ -178,8 +180,8 @@ def spread(frames: Sequence[int], count: int) -> list[int]:
     return [frames[at] for at in places]
 
 
-def _shown(box: Box, strip: Strip) -> Box | None:
+def _shown(box: Box, geometry: PanoramaGeometry) -> Box | None:
     """What of a box can be a label."""
-    if box.width_rad > _WIDEST_RAD or strip.visible_share(box) < _VISIBLE_SHARE:
+    if box.width_rad > _WIDEST_RAD or visible_share(box, geometry) < _VISIBLE_SHARE:
         return None
-    return strip.clipped(box)
+    return clipped(box, geometry)

@@ -39,7 +39,7 @@ def teaching_app(desk: Desk, *, host: str, on_saved: Callable[[], None] = lambda
     """
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     _add_page(app)
-    _add_pictures(app, Pictures(desk.recording, desk.strip))
+    _add_pictures(app, Pictures(desk.surroundings, len(desk.recording.infos)))
     _add_actions(app, desk, on_saved)
     _add_faults(app)
     return Guard(app, host)
@@ -68,7 +68,7 @@ def _add_pictures(app: FastAPI, pictures: Pictures) -> None:
         width: Annotated[float, Query(ge=0.05, le=_FULL_CIRCLE_RAD)] = _FULL_CIRCLE_RAD,
         height_px: Annotated[int | None, Query(ge=16, le=2048)] = None,
     ) -> Response:
-        return Response(pictures.window(index, azimuth, width, height_px), media_type="image/jpeg")
+        return Response(pictures.jpeg(index, azimuth, width, height_px), media_type="image/jpeg")
 
 
 def _add_actions(app: FastAPI, desk: Desk, on_saved: Callable[[], None]) -> None:
@@ -78,7 +78,7 @@ def _add_actions(app: FastAPI, desk: Desk, on_saved: Callable[[], None]) -> None
 
     @app.post("/search")
     def search(message: Search) -> dict[str, Any]:
-        desk.search(message.anchor)
+        desk.search(message.anchor, message.chosen())
         return desk.state()
 
     @app.post("/search/stop")

@@ -11,7 +11,7 @@ from typing import Any
 
 from andante.errors import AndanteError, InputError
 from andante.landmarks.boxes import Box
-from andante.landmarks.strip import Strip
+from andante.landmarks.surroundings import Surroundings
 from andante.landmarks.teaching import (
     SUGGESTED,
     AnchorFinder,
@@ -23,6 +23,8 @@ from andante.landmarks.teaching import (
     spread,
     teach,
 )
+from andante.landmarks.tracks import Chosen
+from andante.landmarks.windows import elevations_rad
 from andante.protocols import Recording
 
 _PREVIEWS, _SHEET = 12, 24
@@ -75,8 +77,8 @@ class _Work:
 class Desk:
     """Searches for an anchor in the background, keeps what was taught, and writes it in the end through ``save``."""
 
-    def __init__(self, recording: Recording, strip: Strip, finder: AnchorFinder, save: Save) -> None:
-        self.recording, self.strip = recording, strip
+    def __init__(self, recording: Recording, surroundings: Surroundings, finder: AnchorFinder, save: Save) -> None:
+        self.recording, self.surroundings = recording, surroundings
         self._finder, self._save = finder, save
         self._work, self._lock = _Work(), Lock()
 
@@ -86,8 +88,11 @@ class Desk:
         saved = self._work.saved
         return None if saved is None else (tuple(self._work.lessons), saved)
 
-    def search(self, kind: str) -> None:
-        """Begin to look for an anchor; raises ``InputError`` for an unknown kind and while a search runs."""
+    def search(self, kind: str, chosen: Chosen | None = None) -> None:
+        """Begin to look for an anchor, which ``chosen`` tells from another one.
+
+        Raises ``InputError`` for an unknown kind and while a search runs.
+        """
         check_kind(self._finder, kind)
         with self._lock:
             work = self._work
@@ -95,7 +100,7 @@ class Desk:
                 raise InputError("a search is running, or everything is saved already; wait, or start anew")
             work.phase, work.kind, work.track, work.problem, work.stop = Phase.SEARCH, kind, None, None, Event()
             work.done, work.total = 0, len(self.recording.infos)
-        Thread(target=self._find, args=(kind, work.stop), daemon=True).start()
+        Thread(target=self._find, args=(kind, chosen, work.stop), daemon=True).start()
 
     def stop_search(self) -> None:
         """Choose anew instead."""
@@ -103,7 +108,7 @@ class Desk:
             if self._work.phase is Phase.SEARCH:
                 self._work.stop.set()
 
-    def _find(self, kind: str, stop: Event) -> None:
+    def _find(self, kind: str, chosen: Chosen | None, stop: Event) -> None:
         def progress(done: int, total: int) -> None:
             if stop.is_set():
                 raise _StoppedSearch
@@ -111,7 +116,7 @@ class Desk:
 
         track, problem = None, None
         try:
-            track = find_track(self._finder, self.recording, kind, progress)
+            track = find_track(self._finder, self.recording, kind, progress, chosen)
         except _StoppedSearch:
             pass
         except AndanteError as error:
@@ -132,7 +137,7 @@ class Desk:
                 raise InputError("there is no anchor to draw beside; choose one first")
             if any(one.name.casefold() == name.casefold() for one in self._work.lessons):
                 raise InputError(f"there is a landmark {name[:40]!r} already; give another name or remove that one")
-            self._work.lessons.append(teach(name, self._work.track, relation, self.strip))
+            self._work.lessons.append(teach(name, self._work.track, relation, self.surroundings.geometry))
 
     def remove(self, name: str) -> None:
         """Forget a landmark; raises ``InputError`` where there is none of this name."""
@@ -166,11 +171,7 @@ class Desk:
                 "recording": {"name": self.recording.name, "frames": len(self.recording.infos)},
                 "kinds": sorted(self._finder.names),
                 "suggested": [kind for kind in SUGGESTED if kind in self._finder.names],
-                "view": {
-                    "min_rad": self.strip.min_rad,
-                    "max_rad": self.strip.max_rad,
-                    "px_per_rad": self.strip.px_per_rad,
-                },
+                "view": dict(zip(("min_rad", "max_rad"), elevations_rad(self.surroundings.geometry), strict=True)),
                 "phase": str(work.phase),
                 "problem": work.problem,
                 "progress": {"done": work.done, "total": work.total},

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
+
+from andante.angles import wrapped
+from andante.landmarks.tracks import Chosen
 
 MAX_BODY_BYTES = 64 * 1024
 _Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -16,9 +20,17 @@ class _Message(BaseModel):
 
 
 class Search(_Message):
-    """Look for one kind of anchor."""
+    """Look for one kind of anchor; of several the one nearest to an azimuth in a frame."""
 
     anchor: Annotated[str, Field(min_length=1, max_length=60)]
+    frame: _Frame | None = None
+    azimuth_deg: Annotated[_Number, Field(ge=-360, le=360)] | None = None
+
+    def chosen(self) -> Chosen | None:
+        """Which one, where both are told."""
+        if self.frame is None or self.azimuth_deg is None:
+            return None
+        return Chosen(self.frame, wrapped(math.radians(self.azimuth_deg)))
 
 
 class Draw(_Message):

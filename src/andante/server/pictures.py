@@ -9,43 +9,42 @@ import cv2
 
 from andante.data import ImageArray
 from andante.errors import InputError
-from andante.landmarks.strip import Strip
-from andante.protocols import Recording
+from andante.landmarks.surroundings import Surroundings
+from andante.landmarks.windows import window
 
-_KEPT = 32  # panoramas: enough for all that a page shows at once, 150 MB of the largest ones
+_KEPT = 32  # panoramas: enough for all that a page shows at once, 90 MB of the largest ones
 _QUALITY = 88
 
 
 class Pictures:
     """Unwraps frames when they are asked for and keeps the last ones; safe to ask from many threads."""
 
-    def __init__(self, recording: Recording, strip: Strip) -> None:
-        self._recording, self._strip = recording, strip
+    def __init__(self, surroundings: Surroundings, frames: int) -> None:
+        self._surroundings, self._frames = surroundings, frames
         self._panoramas: OrderedDict[int, ImageArray] = OrderedDict()
         self._lock = Lock()
 
-    def window(self, index: int, azimuth_rad: float, width_rad: float, height_px: int | None) -> bytes:
+    def jpeg(self, index: int, azimuth_rad: float, width_rad: float, height_px: int | None) -> bytes:
         """JPEG of the part of a panorama around an azimuth, at most ``height_px`` high.
 
         Raises ``InputError`` for a frame that does not exist, ``ImageError`` for one that cannot be read.
         """
-        view = self._strip.window(self._panorama(index), azimuth_rad, width_rad)
+        view = window(self._panorama(index), azimuth_rad, width_rad)
         if height_px is not None and height_px < view.shape[0]:
             width = max(1, round(view.shape[1] * height_px / view.shape[0]))
             view = cv2.resize(view, (width, height_px), interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
-        _, jpeg = cv2.imencode(".jpg", view, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
-        return jpeg.tobytes()
+        _, data = cv2.imencode(".jpg", view, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
+        return data.tobytes()
 
     def _panorama(self, index: int) -> ImageArray:
-        infos = self._recording.infos
-        if not 0 <= index < len(infos):
-            raise InputError(f"frame {index} does not exist; this recording has frames 0 to {len(infos) - 1}")
+        if not 0 <= index < self._frames:
+            raise InputError(f"frame {index} does not exist; this recording has frames 0 to {self._frames - 1}")
         with self._lock:
             kept = self._panoramas.get(index)
             if kept is not None:
                 self._panoramas.move_to_end(index)
                 return kept
-        made = self._strip.panorama(self._recording.load(infos[index], colour=True))
+        made = self._surroundings(index)
         with self._lock:
             self._panoramas[index] = made
             while len(self._panoramas) > _KEPT:

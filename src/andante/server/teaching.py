@@ -6,8 +6,9 @@ from collections.abc import Callable
 from threading import Event
 
 from andante.errors import InputError, MissingExtraError
-from andante.landmarks.strip import Strip
+from andante.landmarks.surroundings import Surroundings
 from andante.landmarks.teaching import AnchorFinder, Lesson
+from andante.landmarks.tracks import Chosen
 from andante.protocols import Recording
 from andante.server.desk import Desk, Save, Saved
 
@@ -16,20 +17,21 @@ _PACKAGES = ("fastapi", "starlette", "uvicorn")
 
 def serve_teaching(
     recording: Recording,
-    strip: Strip,
+    surroundings: Surroundings,
     finder: AnchorFinder,
     save: Save,
     *,
     announce: Callable[[str, bool], None],
     anchor: str | None = None,
+    chosen: Chosen | None = None,
     host: str = "127.0.0.1",
     port: int = 0,
 ) -> tuple[tuple[Lesson, ...], Saved]:
     """Wait for a person to teach; gives the landmarks, and what ``save`` gave of them.
 
     ``announce`` is told the address, and whether only this machine reaches it, once there is one. With ``anchor`` it
-    is looked for at once. Raises ``InputError`` for an unknown anchor and an address that cannot be listened on,
-    ``MissingExtraError`` without fastapi and uvicorn.
+    is looked for at once, told from another one by ``chosen``. Raises ``InputError`` for an unknown anchor and an
+    address that cannot be listened on, ``MissingExtraError`` without fastapi and uvicorn.
     """
     try:
         from andante.server.app import teaching_app
@@ -38,10 +40,10 @@ def serve_teaching(
         if error.name not in _PACKAGES:
             raise
         raise MissingExtraError(error.name, "landmarks") from None
-    desk, done = Desk(recording, strip, finder, save), Event()
+    desk, done = Desk(recording, surroundings, finder, save), Event()
     address = listen(host, port)
     if anchor is not None:
-        desk.search(anchor)
+        desk.search(anchor, chosen)
     serve(
         teaching_app(desk, host=host, on_saved=done.set),
         address,

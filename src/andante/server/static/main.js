@@ -46,6 +46,7 @@ function learn(state) {
   known = state;
   if (state.phase === "search") setTimeout(poll, POLL_MS);
   if (state.problem) complain(state.problem);
+  if (state.problem?.startsWith("two things")) $("which").open = true;
   render(before);
 }
 
@@ -236,8 +237,9 @@ function renderSaved() {
 $("choose-form").addEventListener("submit", (event) => {
   event.preventDefault();
   const kind = $("other-kind").value || new FormData(event.target).get("kind");
+  const which = { frame: $("which-frame").valueAsNumber, azimuth_deg: $("which-degrees").valueAsNumber };
   wish = null;
-  tell(server.search(kind));
+  tell(server.search(kind, Object.values(which).every(Number.isFinite) ? which : {}));
 });
 $("other-kind").addEventListener("change", () => {
   const chosen = document.querySelector("#kinds input:checked");

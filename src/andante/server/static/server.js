@@ -17,7 +17,8 @@ async function ask(path, body) {
 }
 
 export const state = () => ask("/state");
-export const search = (anchor) => ask("/search", { anchor });
+// `which` tells one anchor from another of its kind: {frame, azimuth_deg}, or {}.
+export const search = (anchor, which) => ask("/search", { anchor, ...which });
 export const stopSearch = () => ask("/search/stop", {});
 export const draw = (name, relation) => ask("/landmarks", { name, ...relation });
 export const remove = (name) => ask("/landmarks/remove", { name });
