@@ -17,7 +17,7 @@ def window(panorama: ImageArray, azimuth_rad: float, width_rad: float) -> ImageA
     around = panorama.shape[1]
     width = int(np.clip(round(width_rad / (2.0 * np.pi) * around), 1, around))
     middle = (np.pi - azimuth_rad) / (2.0 * np.pi) * around
-    columns = np.arange(width) + round(middle - width / 2.0)
+    columns = np.arange(width) + math.floor(middle - width / 2.0 + 0.5)
     return np.asarray(np.take(panorama, np.mod(columns, around), axis=1), np.uint8)
 
 

@@ -43,6 +43,7 @@ def listen(host: str, port: int) -> Address:
         try:
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listener.bind(place)
+            listener.listen()  # a browser that comes before the server runs only waits
         except BaseException:
             listener.close()
             raise
@@ -72,6 +73,5 @@ def serve(app: ASGIApp, address: Address, done: Event, *, on_ready: Callable[[],
         server.should_exit = True
 
     Thread(target=end, daemon=True).start()
-    on_ready()  # the socket is open: a browser that comes too early only waits
-    address.listener.listen()
+    on_ready()
     server.run(sockets=[address.listener])

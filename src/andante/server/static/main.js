@@ -25,6 +25,7 @@ const surface = new Surface($("surface"), (box) => {
   setRelation(box && relationBetween(frame(), box));
 }, () => $("name").focus());
 
+const nextColour = () => known.landmarks.length % COLOURS;
 const frame = () => known.anchor.frames[at];
 const step = () => (wish && known.phase !== "saved" && known.phase !== "search" ? wish : known.phase);
 
@@ -147,6 +148,12 @@ function renderFrame() {
   $("view").alt = `Frame ${here.index} around the ${known.anchor.name}`;
   place($("anchor-box"), rectangleOf(here, window));
   surface.show(window, here, relation && boxBeside(here, relation));
+  $("surface").querySelectorAll(".taught").forEach((one) => one.remove());
+  for (const { box, kind } of taughtBoxes(here)) {
+    const mark = element("div", { className: `box ${kind}` });
+    place(mark, rectangleOf(box, window));
+    $("anchor-box").before(mark);
+  }
   $("frame").value = at;
   const how = here.followed ? "followed from other frames" : `found, score ${(here.score ?? 0).toFixed(2)}`;
   const words = `frame ${here.index} · ${here.time_s.toFixed(1)} s · ${how}`;
@@ -154,12 +161,18 @@ function renderFrame() {
   $("frame").setAttribute("aria-valuetext", words);
 }
 
+// Boxes of what was taught by this anchor, in a frame.
+function taughtBoxes(one) {
+  const own = [...known.landmarks.entries()].filter(([, other]) => other.anchor === known.anchor.name);
+  return own.map(([number, other]) => ({ box: boxBeside(one, other), kind: `taught colour-${number % COLOURS}` }));
+}
+
 function setRelation(next) {
   relation = next;
   for (const key of NUMBERS) if (document.activeElement !== $(key)) $(key).value = next ? next[key].toFixed(2) : "";
   for (const { tile, frame: one } of previews) {
     const box = next && boxBeside(one, next);
-    tile.mark("the landmark", box, "landmark");
+    tile.mark("the landmark", box, `landmark colour-${nextColour()}`);
     tile.figure.classList.toggle("outside", Boolean(box) && !isShown(box, known.view));
   }
   const frames = known.anchor.frames;
@@ -173,7 +186,7 @@ function setRelation(next) {
 }
 
 function renderTaught() {
-  const { landmarks, anchor } = known;
+  const { landmarks } = known;
   $("taught").hidden = !landmarks.length;
   $("taught-list").replaceChildren(...landmarks.map((one, number) => {
     const remove = element("button", { type: "button", className: "plain", ariaLabel: `Remove ${one.name}` }, "Remove");
@@ -182,13 +195,8 @@ function renderTaught() {
       element("span", { className: "grow" }, one.name, element("small", {}, `${one.frames} frames, by the ${one.anchor}`)),
       remove);
   }));
-  for (const { tile, frame: one } of previews) {
-    for (const name of [...tile.marks.keys()]) if (name.startsWith("taught ")) tile.unmark(name);
-    landmarks.forEach((other, number) => {
-      const own = other.anchor === anchor.name;
-      if (own) tile.mark(`taught ${other.name}`, boxBeside(one, other), `taught colour-${number % COLOURS}`);
-    });
-  }
+  $("landmark-box").className = `box landmark colour-${nextColour()}`;
+  for (const { tile, frame: one } of previews) tile.setMarks(taughtBoxes(one));
 }
 
 function renderCheck() {

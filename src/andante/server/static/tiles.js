@@ -15,11 +15,13 @@ export function element(name, attributes = {}, ...children) {
   return made;
 }
 
-// A picture of one frame around a direction; `mark(name, box)` puts a box on it or takes it away for null.
+// A picture of one frame around a direction. `mark` puts a box on it that has a name, or takes it away for null;
+// `setMarks` puts any number of others in place of those that it put there before.
 export class Tile {
   constructor(index, window, caption) {
     this.window = window;
     this.marks = new Map();
+    this.others = [];
     this.caption = element("figcaption", {}, caption);
     const image = element("img", {
       src: pictureUrl(index, window, HEIGHT_PX), alt: "", loading: "lazy", decoding: "async", draggable: false,
@@ -41,8 +43,13 @@ export class Tile {
     if (box) place(mark, rectangleOf(box, this.window));
   }
 
-  unmark(name) {
-    this.marks.get(name)?.remove();
-    this.marks.delete(name);
+  setMarks(boxes) {
+    for (const other of this.others) other.remove();
+    this.others = boxes.map(({ box, kind }) => {
+      const mark = element("div", { className: `box ${kind}` });
+      place(mark, rectangleOf(box, this.window));
+      return mark;
+    });
+    this.picture.append(...this.others);
   }
 }
