@@ -40,10 +40,10 @@ def test_a_drawn_box_gives_the_relation_that_gives_the_box(right, up, width, hei
 
 def test_boxes_end_where_the_picture_ends_and_need_half_of_themselves_in_it():
     top = np.radians(40.0)
-    half_in = teach("roof", track(elevation_rad=top - 0.2), Relation(0, 1.0, 1, 1), GEOMETRY)
+    half_in = teach("roof", track(elevation_rad=top - 0.21), Relation(0, 1.0, 1, 1), GEOMETRY)
     (box, *_) = half_in.boxes.values()
     assert box.high_rad == pytest.approx(top)
-    assert box.height_rad == pytest.approx(0.1)
+    assert box.height_rad == pytest.approx(0.11)
     with pytest.raises(InputError, match=r"'roof' lies outside of the picture in 20 of 20 frames: its middle is at 41"):
         teach("roof", track(elevation_rad=top - 0.18), Relation(0, 1.0, 1, 1), GEOMETRY)
 
@@ -106,7 +106,7 @@ def test_frames_are_left_out():
 
 
 def test_spread():
-    assert spread(range(100, 200), 3) == [100, 150, 199] or spread(range(100, 200), 3)[::2] == [100, 199]
+    assert spread(range(100, 201), 3) == [100, 150, 200]
     assert spread([4, 7], 12) == [4, 7]
     assert len(spread(range(1000), 12)) == 12
 
