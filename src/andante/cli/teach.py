@@ -127,11 +127,10 @@ class _Classroom:
 def anchor_finder(weights: Path | None) -> AnchorFinder:
     """YOLOX-nano, from a file or a download whose checksum is known."""
     from andante.landmarks.search import AnchorSearch
+    from andante.landmarks.weights import fetched_weights
     from andante.landmarks.yolox import AnchorDetector
 
-    if weights is None:
-        raise InputError("--weights FILE is missing: the ONNX file of YOLOX-nano")
-    return AnchorSearch(AnchorDetector(weights))
+    return AnchorSearch(AnchorDetector(weights or fetched_weights()))
 
 
 def _drawn(names: Sequence[str], offsets: Sequence[str], sizes: Sequence[str]) -> list[tuple[str, Relation]]:
