@@ -6,8 +6,8 @@ panorama; a thing that the edge of one cut divides is whole in the next, or put 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,10 +17,19 @@ from andante.landmarks.boxes import Box, Detection
 from andante.landmarks.cuts import Cuts
 from andante.landmarks.yolox import AnchorDetector, Found
 
-__all__ = ["AnchorDetector", "PictureDetector", "find_anchors", "near_and_far"]
+__all__ = ["ALSO_TAKEN_FOR", "AnchorDetector", "PictureDetector", "find_anchors", "near_and_far"]
 
 PictureDetector = Callable[[ImageArray, float], Sequence[Found]]
 """BGR picture and least score -> what is in it, as ``AnchorDetector`` does."""
+
+ALSO_TAKEN_FOR: Mapping[str, frozenset[str]] = {
+    "car": frozenset({"truck", "bus"}),
+    "truck": frozenset({"car", "bus"}),
+    "bicycle": frozenset({"motorcycle"}),
+    "motorcycle": frozenset({"bicycle"}),
+    "suitcase": frozenset({"handbag", "backpack"}),
+}
+"""Names that a detector gives to things of another name: seen from so low down, a small car is a truck."""
 
 _EDGE_PX = 3.0
 _SAME_IOU = 0.4
@@ -47,13 +56,17 @@ def near_and_far(geometry: PanoramaGeometry) -> tuple[Cuts, Cuts]:
 def find_anchors(
     detector: PictureDetector, cuts: Sequence[Cuts], panorama: ImageArray, name: str, *, min_score: float = 0.3
 ) -> list[Detection]:
-    """All things called ``name`` in a BGR panorama (H, W, 3), surest first; raises as ``cuts`` and ``detector`` do."""
+    """All things called ``name`` in a BGR panorama (H, W, 3), surest first; raises as ``cuts`` and ``detector`` do.
+
+    Things taken for something that ``name`` is mistaken for count as well (``ALSO_TAKEN_FOR``).
+    """
+    names = {name} | ALSO_TAKEN_FOR.get(name, frozenset())
     return _merged(
-        _sighting(found, around, number)
+        _sighting(replace(found, name=name), around, number)
         for around in cuts
         for number, cut in enumerate(around(panorama))
         for found in detector(cut, min_score)
-        if found.name == name
+        if found.name in names
     )
 
 

@@ -11,7 +11,7 @@ from pydantic import Field
 from andante.data import FloatArray
 from andante.errors import ConfigError
 from andante.simulator.garden import Garden, Thing
-from andante.simulator.movables import MOVABLES, MovableKind
+from andante.simulator.movables import MOVABLES, MovableKind, PlacedKind
 from andante.simulator.obstacles import Footprint, Obstacles, joined
 from andante.simulator.settings import Settings
 
@@ -24,7 +24,7 @@ _TRIES = 400
 class Placed(Settings):
     """One thing that somebody put down on purpose, as an anchor beside a landmark; its heading is that of its x."""
 
-    kind: MovableKind
+    kind: PlacedKind
     x_m: float
     y_m: float
     heading_rad: Annotated[float, Field(ge=-7, le=7)] = 0.0
@@ -71,7 +71,7 @@ def placed_movables(
     return things
 
 
-def _thing(kind: MovableKind, at: Footprint, rng: np.random.Generator) -> Thing:
+def _thing(kind: PlacedKind, at: Footprint, rng: np.random.Generator) -> Thing:
     return Thing(kind, MOVABLES[kind].build(rng).placed(at.x_m, at.y_m, at.heading_rad), (at,))
 
 
