@@ -74,7 +74,7 @@ def find_the_bicycle(page):
     page.get_by_role("radio", name="bicycle").check()
     page.get_by_role("button", name="Find it").click()
     expect(page.get_by_role("heading", name="Draw a box around the landmark")).to_be_visible()
-    page.wait_for_function("document.querySelector('#view').naturalWidth > 0")
+    expect(page.locator("#view")).to_have_js_property("complete", True)
 
 
 def marks(page):

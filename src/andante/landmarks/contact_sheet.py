@@ -49,6 +49,6 @@ def _tile(recording: Recording, surroundings: Surroundings, index: int, box: Box
     for colour, thickness in ((_PAPER, 4), (_MARK, 2)):
         cv2.rectangle(picture, *corners, colour, thickness, cv2.LINE_AA)
     caption = np.full((_CAPTION_PX, _TILE_PX, 3), _PAPER, np.uint8)
-    text = f"frame {index}   {recording.infos[index].timestamp_s:.1f} s"
+    text = f"frame {index}   {recording.infos[index].timestamp_s - recording.infos[0].timestamp_s:.1f} s"
     cv2.putText(caption, text, (2, 16), cv2.FONT_HERSHEY_SIMPLEX, 0.45, _INK, 1, cv2.LINE_AA)
     return np.concatenate([np.asarray(picture, np.uint8), caption])

@@ -185,7 +185,7 @@ class Desk:
         frames = [
             {
                 "index": index,
-                "time_s": self.recording.infos[index].timestamp_s,
+                "time_s": self.recording.infos[index].timestamp_s - self.recording.infos[0].timestamp_s,
                 "followed": one.followed,
                 "score": one.score if math.isfinite(one.score) else None,
                 **_box(one.box),
