@@ -34,6 +34,7 @@ ALSO_TAKEN_FOR: Mapping[str, frozenset[str]] = {
 _EDGE_PX = 3.0
 _SAME_IOU = 0.4
 _SAME_SHARE = 0.65  # of the smaller box: what one cut shows in part another shows whole
+_JOINED_SHARE = 0.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,10 +43,6 @@ class _Sighting:
 
     detection: Detection
     divided: bool
-
-    @property
-    def rank(self) -> tuple[bool, float]:
-        return self.divided, -self.detection.score
 
 
 def near_and_far(geometry: PanoramaGeometry) -> tuple[Cuts, Cuts]:
@@ -77,23 +74,42 @@ def _sighting(found: Found, cuts: Cuts, number: int) -> _Sighting:
 
 
 def _merged(sightings: Iterable[_Sighting]) -> list[Detection]:
-    """One detection for each thing: whole ones win, of those the surest; divided ones that overlap are joined."""
-    kept: list[_Sighting] = []
-    for sighting in sorted(sightings, key=lambda one: one.rank):
-        twins = [index for index, other in enumerate(kept) if _same(sighting.detection.box, other.detection.box)]
-        if not twins:
-            kept.append(sighting)
-        elif sighting.divided and kept[twins[0]].divided:
-            other = kept[twins[0]].detection
-            kept[twins[0]] = _Sighting(
-                Detection(_union(other.box, sighting.detection.box), other.name, other.score), divided=True
-            )
-    return sorted((one.detection for one in kept), key=lambda one: -one.score)
+    """One detection for each thing: parts are joined first, then whole ones win and of those the surest."""
+    whole: list[Detection] = []
+    parts: list[Detection] = []
+    for sighting in sightings:
+        (parts if sighting.divided else whole).append(sighting.detection)
+    kept: list[Detection] = []
+    for detection in [*sorted(whole, key=_score, reverse=True), *sorted(_joined(parts), key=_score, reverse=True)]:
+        if not any(_same(detection.box, other.box) for other in kept):
+            kept.append(detection)
+    return sorted(kept, key=_score, reverse=True)
+
+
+def _joined(parts: Iterable[Detection]) -> list[Detection]:
+    """What the edges of neighbouring cuts divide, put together; the surest part gives the score."""
+    joined: list[Detection] = []
+    for part in sorted(parts, key=lambda one: one.box.azimuth_rad):
+        whole = part
+        for other in [one for one in joined if _share(one.box, whole.box) > _JOINED_SHARE]:
+            joined.remove(other)
+            whole = replace(max(whole, other, key=_score), box=_union(whole.box, other.box))
+        joined.append(whole)
+    return joined
+
+
+def _score(detection: Detection) -> float:
+    return detection.score
+
+
+def _share(first: Box, second: Box) -> float:
+    """How much of the smaller box the other one covers."""
+    smaller = min(first.width_rad * first.height_rad, second.width_rad * second.height_rad)
+    return first.shared_rad2(second) / smaller if smaller > 0.0 else 0.0
 
 
 def _same(first: Box, second: Box) -> bool:
-    smaller = min(first.width_rad * first.height_rad, second.width_rad * second.height_rad)
-    return first.iou(second) > _SAME_IOU or first.shared_rad2(second) > _SAME_SHARE * smaller
+    return first.iou(second) > _SAME_IOU or _share(first, second) > _SAME_SHARE
 
 
 def _union(first: Box, second: Box) -> Box:

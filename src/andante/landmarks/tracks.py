@@ -82,23 +82,24 @@ def _two_anchors(first: Mapping[int, Detection], second: Mapping[int, Detection]
 
 
 def _chains(detections: Mapping[int, Sequence[Detection]], turn_rad: FloatArray) -> list[dict[int, Detection]]:
-    """Detections linked over frames, each to the latest chain that it fits best."""
+    """Detections linked over frames, those that fit best first; what fits to no chain begins one."""
     chains: list[dict[int, Detection]] = []
     for frame in sorted(detections):
-        taken: set[int] = set()
-        for detection in sorted(detections[frame], key=lambda one: -one.score):
-            fits = []
-            for number, chain in enumerate(chains):
-                last = next(reversed(chain))
-                if number not in taken and frame - last <= _LONGEST_GAP:
-                    off = _misfit(chain[last].box, detection.box, frame - last, turn_rad[frame] - turn_rad[last])
-                    fits.append((off, number))
-            off, number = min(fits, default=(np.inf, len(chains)))
-            if off > 1.0:
-                chains.append({})
-                number = len(chains) - 1
-            chains[number][frame] = detection
-            taken.add(number)
+        fits = []
+        for number, chain in enumerate(chains):
+            last = next(reversed(chain))
+            turned = turn_rad[frame] - turn_rad[last]
+            for which, detection in enumerate(detections[frame]):
+                off = _misfit(chain[last].box, detection.box, frame - last, turned)
+                if off <= 1.0 and frame - last <= _LONGEST_GAP:
+                    fits.append((off, number, which))
+        free, continued = set(range(len(detections[frame]))), set[int]()
+        for _, number, which in sorted(fits):
+            if which in free and number not in continued:
+                chains[number][frame] = detections[frame][which]
+                free.remove(which)
+                continued.add(number)
+        chains += [{frame: detections[frame][which]} for which in sorted(free)]
     return chains
 
 
