@@ -1,1 +1,1 @@
-"""Landmarks: what a human teaches once, and a detector that finds it again in other light and season."""
+"""Landmarks: what a human teaches once beside an anchor, found again by itself, and where that says the robot is."""
