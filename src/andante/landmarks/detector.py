@@ -52,8 +52,8 @@ class LandmarkDetector:
         found = hashlib.sha256(data).hexdigest()
         if sha256 is not None and sha256.lower() != found:
             raise InputError(
-                f"landmark detector {path} has the SHA-256 {found[:16]}..., expected {sha256[:16].lower()}...; give the "
-                "file that the map was built with, or build the map again"
+                f"landmark detector {path} has the SHA-256 {found[:16]}..., expected {sha256[:16].lower()}...; give "
+                "the file that the map was built with, or build the map again"
             )
         detector = cls(data, str(path), threads=threads)
         if names is not None and set(names) - set(detector.names):

@@ -79,8 +79,14 @@ class DetectorHeader(BaseModel):
         cls, geometry: PanoramaGeometry, landmarks: tuple[Landmark, ...], notes: Mapping[str, Any]
     ) -> DetectorHeader:
         """From its parts."""
-        sizes = {"width_px": geometry.width_px, "height_px": geometry.height_px}
-        return cls(**sizes, min_deg=geometry.min_deg, max_deg=geometry.max_deg, landmarks=landmarks, notes=dict(notes))
+        return cls(
+            width_px=geometry.width_px,
+            height_px=geometry.height_px,
+            min_deg=geometry.min_deg,
+            max_deg=geometry.max_deg,
+            landmarks=landmarks,
+            notes=dict(notes),
+        )
 
 
 def written(header: DetectorHeader, layers: Mapping[str, Folded]) -> bytes:

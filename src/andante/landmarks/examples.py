@@ -68,18 +68,20 @@ def gathered(
     names = names_of(one for _, labels in taught for one in labels)
     if not names:
         raise InputError("there are no labels to learn from; teach a landmark first")
-    asked = [(recording, _by_frame(recording, labels, names, grid, most, least)) for recording, labels in taught]
+    asked = [
+        (recording, _by_frame(recording, labels, names, grid, most=most, least=least)) for recording, labels in taught
+    ]
     absent = np.full((len(names), 4), np.nan), np.ones(len(names), np.bool_)
     for recording in elsewhere:
         frames = _evenly(range(len(recording.infos)), most // 4)
         asked.append((recording, dict.fromkeys(frames, absent)))
-    total = sum(len(frames) for _, frames in asked)
+    total = sum(len(found) for _, found in asked)
     panoramas, cells, known, source = [], [], [], []
-    for number, (recording, frames) in enumerate(asked):
-        for frame, panorama in _panoramas(recording, sorted(frames), grid):
+    for number, (recording, found) in enumerate(asked):
+        for frame, panorama in _panoramas(recording, sorted(found), grid):
             panoramas.append(panorama)
-            cells.append(frames[frame][0])
-            known.append(frames[frame][1])
+            cells.append(found[frame][0])
+            known.append(found[frame][1])
             source.append(number)
             if progress is not None:
                 progress("read", len(panoramas), total)
@@ -108,7 +110,7 @@ def divided(examples: Examples, share: float) -> tuple[Examples, Examples]:
 
 
 def _by_frame(
-    recording: Recording, labels: Sequence[Labels], names: Sequence[str], grid: Grid, most: int, least: int
+    recording: Recording, labels: Sequence[Labels], names: Sequence[str], grid: Grid, *, most: int, least: int
 ) -> Mapping[int, tuple[FloatArray, NDArray[np.bool_]]]:
     """What is known of all landmarks, by frame."""
     geometry = grid.geometry

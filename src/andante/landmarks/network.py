@@ -23,11 +23,12 @@ class LandmarkNetwork(nn.Module):
         self.landmarks = landmarks
         self._plan = convolutions(landmarks)
         self.layers = nn.ModuleDict({_key(name): _layer(plan) for name, plan in self._plan.items()})
-        told = self.layers["told"]
+        told = self.layers[_key("told")]
         assert isinstance(told, nn.Sequential)
         with torch.no_grad():
             last = told[0]
-            assert isinstance(last, nn.Conv2d) and last.bias is not None
+            assert isinstance(last, nn.Conv2d)
+            assert last.bias is not None
             last.weight.mul_(0.1)
             last.bias.zero_()
             last.bias[::PER_LANDMARK] = float(np.log(_RARE_HEAT / (1.0 - _RARE_HEAT)))
@@ -35,7 +36,7 @@ class LandmarkNetwork(nn.Module):
     def forward(self, panoramas: Tensor) -> Tensor:
         """Normalise, then what the layout says."""
         told = apply(self, normalised(panoramas))
-        return told.unflatten(1, (self.landmarks, PER_LANDMARK))
+        return told.reshape(len(told), self.landmarks, PER_LANDMARK, *told.shape[2:])
 
     def convolved(self, name: str, value: Tensor) -> Tensor:
         """A convolution with its normalisation, over wrapped columns."""
@@ -59,6 +60,15 @@ class LandmarkNetwork(nn.Module):
     def folded(self) -> dict[str, Folded]:
         """Its convolutions by name, with what it normalises by as part of them."""
         return {name: _folded(self.layers[_key(name)]) for name in self._plan}
+
+
+def averaged_in(average: LandmarkNetwork, network: LandmarkNetwork, keep: float) -> None:
+    """Move an exponential average of networks on by one: ``keep`` of the old, the rest of the new."""
+    with torch.no_grad():
+        new = network.state_dict()
+        for name, values in average.state_dict().items():
+            if values.is_floating_point():
+                values.lerp_(new[name], 1.0 - keep)
 
 
 def normalised(panoramas: Tensor) -> Tensor:
@@ -87,7 +97,7 @@ def loss(told: Tensor, targets: Targets, counts: Tensor) -> Tensor:
 
 
 def _key(name: str) -> str:
-    return name.replace(".", "_")  # torch keeps dots for itself
+    return f"layer_{name.replace('.', '_')}"  # dots and names like "half" are torch's own
 
 
 def _layer(plan: Convolution) -> nn.Sequential:
@@ -106,7 +116,9 @@ def _folded(layer: nn.Module) -> Folded:
         assert convolution.bias is not None
         return Folded(_array(weight), _array(convolution.bias.detach()))
     norm = layer[1]
-    assert isinstance(norm, nn.BatchNorm2d) and norm.running_mean is not None and norm.running_var is not None
+    assert isinstance(norm, nn.BatchNorm2d)
+    assert norm.running_mean is not None
+    assert norm.running_var is not None
     factor = norm.weight.detach().double() / (norm.running_var.double() + norm.eps).sqrt()
     return Folded(
         _array(weight * factor[:, None, None, None]),
