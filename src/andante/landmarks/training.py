@@ -143,20 +143,21 @@ def _learnt(
         network = LandmarkNetwork(learning.known.shape[1])
     average = copy.deepcopy(network)
     optimizer = torch.optim.AdamW(network.parameters(), lr=config.learning_rate, weight_decay=1e-3)
-    rates = torch.optim.lr_scheduler.OneCycleLR(optimizer, config.learning_rate, total_steps=config.steps)
     checks = list(_batches(held_out, config, grid, np.random.default_rng([config.seed, 1]), most=8))
     best, best_loss, since, step, why = copy.deepcopy(network), np.inf, 0, 0, "all steps done"
     for step, batch in enumerate(_batches(learning, config, grid, rng, most=config.steps), start=1):
+        done = max(step / config.steps, (time.monotonic() - started) / config.max_seconds)
+        for group in optimizer.param_groups:
+            group["lr"] = config.learning_rate * _rate(done)
         network.train()
         optimizer.zero_grad()
         _loss(network, batch, grid).backward()
         torch.nn.utils.clip_grad_norm_(network.parameters(), 10.0)
         optimizer.step()
-        rates.step()
         averaged_in(average, network, min(_KEPT, step / (step + 9.0)))
         if progress is not None:
             progress("learn", step, config.steps)
-        late = time.monotonic() - started > config.max_seconds
+        late = done >= 1.0 > step / config.steps
         if step % config.check_every and step < config.steps and not late:
             continue
         held_out_loss = _held_out_loss(average, checks, grid)
@@ -173,6 +174,11 @@ def _learnt(
         "stopped": why,
         "held_out_loss": round(float(best_loss), 4),
     }
+
+
+def _rate(done: float) -> float:
+    """Share of the learning rate: up during the first tenth, down to nothing at the end of all steps or of the time."""
+    return min(done / 0.1, 0.5 + 0.5 * float(np.cos(np.pi * min(done, 1.0))))
 
 
 def _batches(
