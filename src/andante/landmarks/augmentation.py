@@ -26,6 +26,8 @@ _PRESENT, _GONE = 0.6, 0.85
 _LIKELY_COVERED = 0.3
 _OTHER_THINGS = 3
 _CLOUDS = 5, 16
+_ALIKE = 0.12
+"""Colours this far apart count as alike."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +49,9 @@ def augmented(
     torch_rng = torch.Generator().manual_seed(int(rng.integers(2**62)))
     pictures = as_pictures(panoramas)
     pictures, cells = _moved(pictures, cells, grid, rng)
-    pictures = _relit(_recoloured(pictures, torch_rng), torch_rng)
+    # From hardly another day to quite another one.
+    changed = _relit(_recoloured(pictures, torch_rng), torch_rng)
+    pictures = torch.lerp(pictures, changed, _uniform(torch_rng, (len(pictures), 1, 1, 1), 0.2, 1.0))
     pictures, covered = _occluded(pictures, cells, grid, rng)
     pictures = _sensed(pictures, torch_rng, rng)
     share = _covered_share(covered, cells, grid)
@@ -85,8 +89,14 @@ def _moved(pictures: Tensor, cells: FloatArray, grid: Grid, rng: np.random.Gener
 
 
 def _recoloured(pictures: Tensor, rng: torch.Generator) -> Tensor:
-    """Leaves of another colour, snow on what lies low, channels mixed, colours paler or gone."""
-    count, _, height, _ = pictures.shape
+    """Things of one colour in another, leaves above all; snow on what lies low; channels mixed, paler or gone."""
+    count, _, height, width = pictures.shape
+    place = torch.randint(height * width, (count, 1, 1), generator=rng).expand(count, 3, 1)
+    colour = pictures.flatten(2).gather(2, place)[..., None]
+    alike = torch.exp(-(pictures - colour).square().sum(1, keepdim=True) / (2.0 * _ALIKE**2))
+    another = _uniform(rng, (count, 3, 1, 1)) * (0.5 + pictures.mean(1, keepdim=True))
+    pictures = torch.lerp(pictures, another, alike * _uniform(rng, (count, 1, 1, 1)) * _sometimes(rng, count, 0.5))
+
     blue, green, red = pictures.unbind(1)
     leafy = (green - torch.maximum(blue, red)).clamp(min=0.0)
     leafy = (8.0 * leafy / (green + 0.05)).clamp(max=1.0)[:, None]
@@ -94,7 +104,8 @@ def _recoloured(pictures: Tensor, rng: torch.Generator) -> Tensor:
     pictures = torch.lerp(pictures, leaf, leafy * _sometimes(rng, count, 0.5) * _uniform(rng, (count, 1, 1, 1)))
 
     below = torch.arange(height)[None, None, :, None] - _uniform(rng, (count, 1, 1, 1), 0.6, 1.0) * height
-    snow = torch.sigmoid(below / 2.0) * _uniform(rng, (count, 1, 1, 1), 0.2, 0.9) * _sometimes(rng, count, 0.25)
+    lying = _uniform(rng, (count, 1, 1, 1), 0.2, 0.9) + 0.5 * torch.randn((count, 1, height, width), generator=rng)
+    snow = torch.sigmoid(below / 2.0) * lying.clamp(0.0, 1.0) * _sometimes(rng, count, 0.3)
     white = _uniform(rng, (count, 1, 1, 1), 0.7, 1.0) * (0.6 + 0.4 * pictures.mean(1, keepdim=True))
     pictures = torch.lerp(pictures, white, snow)
 
