@@ -15,7 +15,7 @@ BOX = Box(0.2, 0.5, 0.4, 0.4)
 def test_only_what_labels_say_is_known(garden):
     monday, away = garden.drive(garden.loop(12), fisheye=True), garden.drive(garden.loop(40), fisheye=True, name="away")
     shed = Labels("shed", "monday", {0: BOX, 3: BOX}, frozenset({5}))
-    tree = Labels("tree", "monday", {3: BOX})
+    tree = Labels("tree", "monday", {3: BOX}, anchors={3: Box(0.9, 0.5, 0.1, 0.1)})
     told = []
     names, examples = gathered(
         [(monday, [shed, tree])], [away], GRID, most=16, least=1, progress=lambda *step: told.append(step)
@@ -26,6 +26,7 @@ def test_only_what_labels_say_is_known(garden):
     assert examples.present.tolist() == [[True, False], [True, True], *[[False, False]] * 5]
     assert examples.source.tolist() == [0, 0, 0, 1, 1, 1, 1]
     assert np.allclose(examples.cells[1, 1], GRID.cells_of([BOX])[0])
+    assert np.isfinite(examples.anchors[..., 0]).tolist() == [[False, False], [False, True], *[[False, False]] * 5]
     assert told[-1] == ("read", 7, 7)
 
 
@@ -41,7 +42,7 @@ def test_nothing_that_is_held_out_borders_on_what_is_learnt():
     cells[:200, 1] = np.nan  # the second landmark is only seen in the second half
     panoramas = np.arange(400, dtype=np.int64)[:, None, None, None]
     known = np.isfinite(cells[..., 0])
-    examples = Examples(panoramas, cells, known, np.zeros(400, np.int64))
+    examples = Examples(panoramas, cells, known, np.zeros(400, np.int64), cells)
     learning, held_out = divided(examples, 0.2)
     kept, held = learning.panoramas.ravel(), held_out.panoramas.ravel()
     assert set(held) == {*range(160, 240), *range(280, 320)}

@@ -3,8 +3,9 @@
 A place is taught in one afternoon and looked at all year. What a landmark detector must not rely on is therefore made
 random while it learns: heading and tilt of the robot; strength, colour and direction of the light; contrast and colours
 altogether, up to none; leaves of any colour; snow on what lies low; clouds; blur and noise of the camera; and things
-that stand in the way. Where they cover a landmark nearly whole, it is not there to be found. Pictures are BGR
-(n, 3, height, width) float32, 0 to 1. Imported only by what learns.
+that stand in the way. Where they cover a landmark nearly whole, it is not there to be found. The anchor that it was
+taught with is covered in half of the pictures and copied to another place in half, so that it says nothing. Pictures
+are BGR (n, 3, height, width) float32, 0 to 1. Imported only by what learns.
 """
 
 from __future__ import annotations
@@ -17,10 +18,12 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional
 
-from andante.data import FloatArray, ImageArray
+from andante.data import FloatArray
+from andante.landmarks.examples import Examples
 from andante.landmarks.heatmaps import Grid
 
 _TILT_PX = 3.0
+_Extent = tuple[float, float, float, float]
 _PRESENT, _GONE = 0.6, 0.85
 """A landmark covered by less than the first share is there, by more than the second is not, and between is not told."""
 _LIKELY_COVERED = 0.3
@@ -39,30 +42,22 @@ class Batch:
     counts: NDArray[np.bool_]
 
 
-def augmented(
-    panoramas: ImageArray, cells: FloatArray, known: NDArray[np.bool_], grid: Grid, rng: np.random.Generator
-) -> Batch:
-    """Panoramas (n, height, width, 3) uint8 with boxes (n, k, 4) in cells, all made another.
-
-    All that is random comes from ``rng``.
-    """
+def augmented(examples: Examples, grid: Grid, rng: np.random.Generator) -> Batch:
+    """Examples, all made another; all that is random comes from ``rng``."""
+    landmarks = examples.known.shape[1]
     torch_rng = torch.Generator().manual_seed(int(rng.integers(2**62)))
-    pictures = as_pictures(panoramas)
-    pictures, cells = _moved(pictures, cells, grid, rng)
+    pictures = torch.from_numpy(np.ascontiguousarray(examples.panoramas.transpose(0, 3, 1, 2))).float() / 255.0
+    pictures, boxes = _moved(pictures, np.concatenate([examples.cells, examples.anchors], axis=1), grid, rng)
+    cells, anchors = boxes[:, :landmarks], boxes[:, landmarks:]
     # From hardly another day to quite another one.
     changed = _relit(_recoloured(pictures, torch_rng), torch_rng)
     pictures = torch.lerp(pictures, changed, _uniform(torch_rng, (len(pictures), 1, 1, 1), 0.2, 1.0))
-    pictures, covered = _occluded(pictures, cells, grid, rng)
+    pictures, covered = _occluded(pictures, cells, anchors, grid, rng)
     pictures = _sensed(pictures, torch_rng, rng)
     share = _covered_share(covered, cells, grid)
     gone = share > _GONE
     cells = np.where(gone[..., None], np.nan, cells)
-    return Batch(pictures, cells, known & ~((share > _PRESENT) & ~gone))
-
-
-def as_pictures(panoramas: ImageArray) -> Tensor:
-    """(n, height, width, 3) uint8 as (n, 3, height, width) from 0 to 1."""
-    return torch.from_numpy(np.ascontiguousarray(panoramas.transpose(0, 3, 1, 2))).float() / 255.0
+    return Batch(pictures, cells, examples.known & ~((share > _PRESENT) & ~gone))
 
 
 def _moved(pictures: Tensor, cells: FloatArray, grid: Grid, rng: np.random.Generator) -> tuple[Tensor, FloatArray]:
@@ -141,41 +136,59 @@ def _sensed(pictures: Tensor, torch_rng: torch.Generator, rng: np.random.Generat
 
 
 def _occluded(
-    pictures: Tensor, cells: FloatArray, grid: Grid, rng: np.random.Generator
+    pictures: Tensor, cells: FloatArray, anchors: FloatArray, grid: Grid, rng: np.random.Generator
 ) -> tuple[Tensor, NDArray[np.bool_]]:
-    """Things in front of landmarks and anywhere; and which pixels (n, height, width) they cover."""
+    """Things in front of landmarks and anywhere, anchors gone or elsewhere; which pixels (n, height, width) changed."""
     count, _, height, width = pictures.shape
     covered = np.zeros((count, height, width), np.bool_)
+    before = pictures
     pictures = pictures.clone()
-    pixels = (cells + np.array([0.5, 0.5, 0.0, 0.0])) * grid.stride
     for row in range(count):
         covers = [_any_place(height, width, rng) for _ in range(int(rng.integers(_OTHER_THINGS + 1)))]
-        for box in pixels[row]:
-            if np.isfinite(box[0]) and rng.random() < _LIKELY_COVERED:
+        for box in _pixels(cells[row], grid):
+            if rng.random() < _LIKELY_COVERED:
                 covers.append(_before(box, rng))
-        for x, y, w, h in covers:
-            rows = slice(max(int(y), 0), max(int(y + h), 0))
-            columns = np.arange(int(x), int(x + max(w, 1.0))) % width
-            if not (np.arange(height)[rows].size and columns.size):
-                continue
-            other = pictures[int(rng.integers(count)), :, rows, :]
-            start = int(rng.integers(width))
+        for box in _pixels(np.unique(anchors[row], axis=0), grid):
+            x, y, w, h = box[0] - 0.6 * box[2], box[1] - 0.6 * box[3], 1.2 * box[2], 1.2 * box[3]
+            if rng.random() < 0.5:
+                rows, from_columns = _area((x, y, w, h), height, width)
+                to_columns = (from_columns + int(rng.integers(width))) % width
+                pictures[row][:, rows[:, None], to_columns] = before[row][:, rows[:, None], from_columns]
+                covered[row][np.ix_(rows, to_columns)] = True
+            if rng.random() < 0.5:
+                covers.append((x, y, w, h))
+        for area in covers:
+            rows, columns = _area(area, height, width)
             # A piece of another picture, upside down: the right way up it could be the landmark itself.
-            cover = other[:, :, (start + np.arange(len(columns))) % width].flip(1)
+            start, other = int(rng.integers(width)), before[int(rng.integers(count))]
+            cover = other[:, rows[::-1, None].copy(), (start + np.arange(len(columns))) % width]
             if rng.random() < 0.6:  # nearly of one colour
                 cover = 0.15 * cover + 0.85 * torch.from_numpy(rng.random((3, 1, 1)).astype(np.float32))
-            pictures[row, :, rows, columns] = cover
-            covered[row, rows, columns] = True
+            pictures[row][:, rows[:, None], columns] = cover
+            covered[row][np.ix_(rows, columns)] = True
     return pictures, covered
 
 
-def _any_place(height: int, width: int, rng: np.random.Generator) -> tuple[float, float, float, float]:
+def _pixels(cells: FloatArray, grid: Grid) -> FloatArray:
+    """Those of boxes (m, 4) in cells that are there, in pixels from the upper left corner."""
+    there = cells[np.isfinite(cells[:, 0])]
+    return np.asarray((there + np.array([0.5, 0.5, 0.0, 0.0])) * grid.stride, np.float64)
+
+
+def _area(extent: _Extent, height: int, width: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Rows inside of the picture, and columns around the horizon, of left, top, width and height."""
+    x, y, w, h = extent
+    rows = np.arange(max(int(y), 0), min(int(np.ceil(y + h)), height), dtype=np.int64)
+    return rows, np.arange(int(x), int(x) + max(min(int(np.ceil(w)), width), 1), dtype=np.int64) % width
+
+
+def _any_place(height: int, width: int, rng: np.random.Generator) -> _Extent:
     """Left, top, width and height of something that stands low, as things do."""
     w, h = width * rng.uniform(0.01, 0.12), height * rng.uniform(0.1, 0.7)
     return rng.uniform(0, width), height * rng.uniform(0.5, 1.1) - h, w, h
 
 
-def _before(box: FloatArray, rng: np.random.Generator) -> tuple[float, float, float, float]:
+def _before(box: FloatArray, rng: np.random.Generator) -> _Extent:
     """Left, top, width and height of something in front of a box: from below, from a side, or all of it."""
     x, y, w, h = box[0] - box[2] / 2.0, box[1] - box[3] / 2.0, box[2], box[3]
     share, side = rng.uniform(0.2, 1.3), rng.integers(3)
@@ -189,11 +202,9 @@ def _covered_share(covered: NDArray[np.bool_], cells: FloatArray, grid: Grid) ->
     """(n, k) which share of each box is covered, 0 where there is none."""
     height, width = covered.shape[1:]
     share = np.zeros(cells.shape[:2])
-    pixels = (cells + np.array([0.5, 0.5, 0.0, 0.0])) * grid.stride
     for row, landmark in zip(*np.nonzero(np.isfinite(cells[..., 0])), strict=True):
-        x, y, w, h = pixels[row, landmark]
-        rows = np.arange(max(int(y - h / 2.0), 0), min(int(y + h / 2.0) + 1, height))
-        columns = np.arange(int(x - w / 2.0), int(x + w / 2.0) + 1) % width
+        ((x, y, w, h),) = _pixels(cells[row, landmark : landmark + 1], grid)
+        rows, columns = _area((x - w / 2.0, y - h / 2.0, w, h), height, width)
         if len(rows):
             share[row, landmark] = covered[row][np.ix_(rows, columns)].mean()
     return share

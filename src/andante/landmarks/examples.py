@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,20 +29,22 @@ class Examples:
     """n panoramas and what is known of k landmarks in them.
 
     ``panoramas`` (n, height, width, 3) uint8 BGR, ``cells`` (n, k, 4) boxes in cells of the heat map or NaN where the
-    landmark is not, ``known`` (n, k) whether that is known at all, ``source`` (n,) the recording, by number.
+    landmark is not, ``known`` (n, k) whether that is known at all, ``source`` (n,) the recording, by number, and
+    ``anchors`` (n, k, 4) the boxes in cells of what each landmark was taught with, NaN where that is not in view.
     """
 
     panoramas: ImageArray
     cells: FloatArray
     known: NDArray[np.bool_]
     source: IndexArray
+    anchors: FloatArray
 
     def __len__(self) -> int:
         return len(self.panoramas)
 
     def chosen(self, rows: NDArray[np.bool_] | IndexArray) -> Examples:
         """Some of the rows."""
-        return Examples(self.panoramas[rows], self.cells[rows], self.known[rows], self.source[rows])
+        return Examples(self.panoramas[rows], self.cells[rows], self.known[rows], self.source[rows], self.anchors[rows])
 
     @property
     def present(self) -> NDArray[np.bool_]:
@@ -71,21 +73,26 @@ def gathered(
     asked = [
         (recording, _by_frame(recording, labels, names, grid, most=most, least=least)) for recording, labels in taught
     ]
-    absent = np.full((len(names), 4), np.nan), np.ones(len(names), np.bool_)
+    absent = _Known(np.full((len(names), 4), np.nan), np.ones(len(names), np.bool_), np.full((len(names), 4), np.nan))
     for recording in elsewhere:
         frames = _evenly(range(len(recording.infos)), most // 4)
         asked.append((recording, dict.fromkeys(frames, absent)))
     total = sum(len(found) for _, found in asked)
-    panoramas, cells, known, source = [], [], [], []
+    panoramas, known, source = [], [], []
     for number, (recording, found) in enumerate(asked):
         for frame, panorama in _panoramas(recording, sorted(found), grid):
             panoramas.append(panorama)
-            cells.append(found[frame][0])
-            known.append(found[frame][1])
+            known.append(found[frame])
             source.append(number)
             if progress is not None:
                 progress("read", len(panoramas), total)
-    return names, Examples(np.array(panoramas), np.array(cells), np.array(known), np.array(source, np.int64))
+    return names, Examples(
+        np.array(panoramas),
+        np.array([one.cells for one in known]),
+        np.array([one.known for one in known]),
+        np.array(source, np.int64),
+        np.array([one.anchors for one in known]),
+    )
 
 
 def divided(examples: Examples, share: float) -> tuple[Examples, Examples]:
@@ -109,19 +116,28 @@ def divided(examples: Examples, share: float) -> tuple[Examples, Examples]:
     return examples.chosen(~(held | near)), examples.chosen(held)
 
 
+@dataclass(frozen=True, slots=True)
+class _Known:
+    """What is known of one frame: a row of ``Examples``."""
+
+    cells: FloatArray
+    known: NDArray[np.bool_]
+    anchors: FloatArray
+
+
 def _by_frame(
     recording: Recording, labels: Sequence[Labels], names: Sequence[str], grid: Grid, *, most: int, least: int
-) -> Mapping[int, tuple[FloatArray, NDArray[np.bool_]]]:
+) -> dict[int, _Known]:
     """What is known of all landmarks, by frame."""
-    geometry = grid.geometry
-    found: dict[int, tuple[FloatArray, NDArray[np.bool_]]] = {}
+    geometry, count = grid.geometry, len(names)
+    found: dict[int, _Known] = {}
     for one in labels:
         require_usable(one, recording, geometry.min_deg, geometry.max_deg, least=least)
-        chosen = [*_evenly(sorted(one.boxes), most), *_evenly(sorted(one.absent), most // 2)]
-        for frame, cells in zip(chosen, grid.cells_of([one.boxes.get(frame) for frame in chosen]), strict=True):
-            boxes, known = found.setdefault(frame, (np.full((len(names), 4), np.nan), np.zeros(len(names), np.bool_)))
-            boxes[names.index(one.name)] = cells
-            known[names.index(one.name)] = True
+        for frame in (*_evenly(sorted(one.boxes), most), *_evenly(sorted(one.absent), most // 2)):
+            nothing = _Known(np.full((count, 4), np.nan), np.zeros(count, np.bool_), np.full((count, 4), np.nan))
+            row, landmark = found.setdefault(frame, nothing), names.index(one.name)
+            row.cells[landmark], row.anchors[landmark] = grid.cells_of([one.boxes.get(frame), one.anchors.get(frame)])
+            row.known[landmark] = True
     return found
 
 
