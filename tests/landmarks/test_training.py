@@ -14,7 +14,7 @@ from andante.landmarks.detector_file import DetectorHeader, Landmark, written
 from andante.landmarks.examples import Examples
 from andante.landmarks.heatmaps import Grid
 from andante.landmarks.labels import Labels
-from andante.landmarks.training import TrainingConfig, _learnt, train_detector
+from andante.landmarks.training import TrainingConfig, train_detector
 from andante.recordings import MemoryRecording
 
 torch = pytest.importorskip("torch", reason="learning landmarks needs the extra torch")
@@ -22,6 +22,7 @@ pytest.importorskip("onnx", reason="landmark detectors are written with the extr
 pytest.importorskip("onnxruntime", reason="landmark detectors run with onnxruntime")
 
 from andante.landmarks.augmentation import _occluded, augmented  # noqa: E402
+from andante.landmarks.learning import learnt  # noqa: E402
 from andante.landmarks.network import LandmarkNetwork  # noqa: E402
 
 GEOMETRY = PanoramaGeometry(128, 32, -10.0, 50.0)
@@ -105,7 +106,7 @@ def test_grey_pictures_will_do(detector):
 
 def test_the_same_seed_learns_the_same():
     short = TrainingConfig(GEOMETRY, steps=8, batch=6)
-    first, second = (_learnt(examples(12), examples(6), GRID, short, None)[0].state_dict() for _ in range(2))
+    first, second = (learnt(examples(12), examples(6), GRID, short, None)[0].state_dict() for _ in range(2))
     assert all(torch.equal(values, second[name]) for name, values in first.items())
 
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import copy
-import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,21 +12,17 @@ from andante.camera import PanoramaGeometry
 from andante.errors import ConfigError, LearningError, MissingExtraError
 from andante.landmarks.detector import LandmarkDetector
 from andante.landmarks.detector_file import DetectorHeader, Landmark, written
-from andante.landmarks.examples import Examples, Progress, Taught, divided, gathered
-from andante.landmarks.heatmaps import Grid, targets
+from andante.landmarks.examples import Progress, Taught, divided, gathered
+from andante.landmarks.heatmaps import Grid
 from andante.landmarks.layout import COARSEST, STRIDE
 from andante.landmarks.scoring import Score, fitted
 from andante.protocols import Recording
 
 if TYPE_CHECKING:
-    from andante.landmarks.augmentation import Batch
-    from andante.landmarks.network import LandmarkNetwork
     from andante.landmarks.verdict import Places
 
 _JUDGED = 300
 """Held-out pictures, each in light of its own, from which scores are learnt."""
-
-_KEPT = 0.98
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,8 +55,10 @@ class TrainingConfig:
             )
         if not 0.05 <= self.held_out <= 0.5:
             raise ConfigError(f"held_out = {self.held_out:g} is not allowed; use a share from 0.05 to 0.5")
-        positive = "steps", "batch", "learning_rate", "check_every", "patience", "max_seconds", "least_labels"
-        for name in positive:
+        if not 0.0 < self.false_positives < 1.0:
+            raise ConfigError(f"false_positives = {self.false_positives:g} is not allowed; use a share between 0 and 1")
+        counts = "steps", "batch", "check_every", "patience", "least_labels", "most_labels"
+        for name in (*counts, "learning_rate", "max_seconds"):
             if not getattr(self, name) > 0:
                 raise ConfigError(f"{name} = {getattr(self, name):g} is not allowed; use a positive number")
 
@@ -82,6 +78,7 @@ def train_detector(
     landmark cannot be told from its surroundings, ``MissingExtraError`` without torch, onnx or onnxruntime.
     """
     _require_extras()
+    from andante.landmarks.learning import learnt, random_days
     from andante.landmarks.verdict import best_places
 
     config = config or TrainingConfig()
@@ -93,8 +90,10 @@ def train_detector(
     for number, name in enumerate(names):
         if not (learning.present[:, number].any() and held_out.present[:, number].any()):
             raise LearningError(f"landmark {name!r} has too few labels to hold some out; teach more, or raise held_out")
-    network, notes = _learnt(learning, held_out, grid, config, progress)
-    pictures = _batches(held_out, config, grid, np.random.default_rng([config.seed, 2]), most=_judging(config))
+    network, notes = learnt(learning, held_out, grid, config, progress)
+    pictures = random_days(
+        held_out, grid, np.random.default_rng([config.seed, 2]), batch=config.batch, most=-(-_JUDGED // config.batch)
+    )
     landmarks, reached = [], {}
     for name, places in zip(names, best_places(network, pictures, grid), strict=True):
         score = _score(name, places, config.false_positives)
@@ -102,11 +101,6 @@ def train_detector(
         reached[name] = places.figures(score.of(places.heat) >= score.threshold)
     notes |= {"examples": len(learning), "held_out": reached}
     return LandmarkDetector(written(DetectorHeader.of(config.geometry, tuple(landmarks), notes), network.folded()))
-
-
-def _judging(config: TrainingConfig) -> int:
-    """Number of batches from which scores are learnt."""
-    return -(-_JUDGED // config.batch)
 
 
 def _score(name: str, places: Places, false_positives: float) -> Score:
@@ -126,87 +120,3 @@ def _require_extras() -> None:
             __import__(package)
         except ImportError:
             raise MissingExtraError(package, extra) from None
-
-
-def _learnt(
-    learning: Examples, held_out: Examples, grid: Grid, config: TrainingConfig, progress: Progress | None
-) -> tuple[LandmarkNetwork, dict[str, Any]]:
-    """The network with the lowest loss on what is held out, averaged over steps, and how it came about."""
-    import torch
-
-    from andante.landmarks.network import LandmarkNetwork, averaged_in
-
-    started = time.monotonic()
-    rng = np.random.default_rng([config.seed, 0])
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(config.seed)
-        network = LandmarkNetwork(learning.known.shape[1])
-    average = copy.deepcopy(network)
-    optimizer = torch.optim.AdamW(network.parameters(), lr=config.learning_rate, weight_decay=1e-3)
-    checks = list(_batches(held_out, config, grid, np.random.default_rng([config.seed, 1]), most=8))
-    best, best_loss, since, step, why = copy.deepcopy(network), np.inf, 0, 0, "all steps done"
-    for step, batch in enumerate(_batches(learning, config, grid, rng, most=config.steps), start=1):
-        done = max(step / config.steps, (time.monotonic() - started) / config.max_seconds)
-        for group in optimizer.param_groups:
-            group["lr"] = config.learning_rate * _rate(done)
-        network.train()
-        optimizer.zero_grad()
-        _loss(network, batch, grid).backward()
-        torch.nn.utils.clip_grad_norm_(network.parameters(), 10.0)
-        optimizer.step()
-        averaged_in(average, network, min(_KEPT, step / (step + 9.0)))
-        if progress is not None:
-            progress("learn", step, config.steps)
-        late = done >= 1.0 > step / config.steps
-        if step % config.check_every and step < config.steps and not late:
-            continue
-        held_out_loss = _held_out_loss(average, checks, grid)
-        since = 0 if held_out_loss < best_loss else since + 1
-        if since == 0:
-            best, best_loss = copy.deepcopy(average), held_out_loss
-        if late or since >= config.patience:
-            why = "no time left" if late else "no better on what is held out"
-            break
-    best.eval()
-    return best, {
-        "steps": step,
-        "seconds": round(time.monotonic() - started, 1),
-        "stopped": why,
-        "held_out_loss": round(float(best_loss), 4),
-    }
-
-
-def _rate(done: float) -> float:
-    """Share of the learning rate: up during the first tenth, down to nothing at the end of all steps or of the time."""
-    return min(done / 0.1, 0.5 + 0.5 * float(np.cos(np.pi * min(done, 1.0))))
-
-
-def _batches(
-    examples: Examples, config: TrainingConfig, grid: Grid, rng: np.random.Generator, *, most: int
-) -> Iterator[Batch]:
-    """Augmented batches, every example once before any comes again."""
-    from andante.landmarks.augmentation import augmented
-
-    order = np.empty(0, np.int64)
-    for _ in range(most):
-        while len(order) < config.batch:
-            order = np.concatenate([order, rng.permutation(len(examples))])
-        rows, order = order[: config.batch], order[config.batch :]
-        yield augmented(examples.chosen(rows), grid, rng)
-
-
-def _loss(network: LandmarkNetwork, batch: Batch, grid: Grid) -> Any:  # noqa: ANN401 (torch is not imported here)
-    import torch
-
-    from andante.landmarks.network import loss
-
-    counts = torch.from_numpy(batch.counts.astype(np.float32))
-    return loss(network(batch.pictures), targets(batch.cells, grid), counts)
-
-
-def _held_out_loss(network: LandmarkNetwork, checks: Sequence[Batch], grid: Grid) -> float:
-    import torch
-
-    network.eval()
-    with torch.no_grad():
-        return float(np.mean([float(_loss(network, batch, grid)) for batch in checks]))
