@@ -73,7 +73,7 @@ def random_days(examples: Examples, grid: Grid, rng: np.random.Generator, *, bat
 
 
 class _Best:
-    """The network with the lowest loss so far, ready to use; ``settled`` after ``patience`` looks without a lower one."""
+    """The network with the lowest loss so far, ready to use; ``settled`` after ``patience`` looks without a lower."""
 
     def __init__(self, network: LandmarkNetwork, patience: int) -> None:
         self.network, self.loss, self._patience, self._since = copy.deepcopy(network).eval(), float("inf"), patience, 0
