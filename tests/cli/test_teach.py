@@ -121,9 +121,7 @@ def test_the_page(drive, finder, andante, tmp_path, monkeypatch):
         given.host, given.port, given.anchor, given.chosen = host, port, anchor, chosen
         announce("http://192.0.2.1:80/", host == "127.0.0.1")
         track = finder.find(recording, "bicycle", lambda done, total: None)
-        lesson = teach(
-            "shed", SimpleNamespace(name="bicycle", detections=track), Relation(0, 1, 1, 1), surroundings.geometry
-        )
+        lesson = teach("shed", AnchorTrack("bicycle", track), Relation(0, 1, 1, 1), surroundings.geometry)
         saved = save([lesson])
         assert isinstance(saved, Saved)
         return (lesson,), saved

@@ -38,6 +38,7 @@ def test_files(taught, anchor_scene, tmp_path):
     assert labels.content_hash == recording.content_hash()
     for index in range(anchor_scene.frames):
         assert labels.boxes[index].iou(anchor_scene.shed(index)) > 0.99
+    assert labels.anchors[7].iou(anchor_scene.anchor(7)) > 0.99  # which a detector must not learn
     (shed, birch), geometry = load_coco(folder / "coco" / "annotations.json")
     assert (shed.name, birch.name) == ("shed", "old birch")
     assert geometry.width_px == 720

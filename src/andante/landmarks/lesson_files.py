@@ -34,7 +34,7 @@ def write_lessons(
     try:
         part.mkdir(parents=True)
         labels = [
-            Labels(one.name, recording.name, one.boxes, content_hash=content)
+            Labels(one.name, recording.name, one.boxes, content_hash=content, anchors=one.anchors)
             for content in [recording.content_hash()]
             for one in lessons
         ]

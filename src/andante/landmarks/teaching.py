@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -118,12 +118,16 @@ class AnchorTrack:
 
 @dataclass(frozen=True, slots=True)
 class Lesson:
-    """A landmark that was taught: its name, how, and its box by index of the frame."""
+    """A landmark that was taught: its name, by which kind of anchor, how, and its box by index of the frame.
+
+    ``anchors`` are the boxes of the anchor, also in frames in which the landmark cannot be seen.
+    """
 
     name: str
     anchor: str
     relation: Relation
     boxes: Mapping[int, Box]
+    anchors: Mapping[int, Box]
 
     def without(self, frames: Sequence[int]) -> Lesson:
         """The same without some frames; raises ``LearningError`` where fewer than 10 are left."""
@@ -133,7 +137,7 @@ class Lesson:
                 f"landmark {self.name!r} would be left with {len(kept)} frames, at least {MIN_FRAMES} are needed; keep "
                 "more frames or draw the landmark again"
             )
-        return Lesson(self.name, self.anchor, self.relation, kept)
+        return replace(self, boxes=kept)
 
 
 def find_track(
@@ -171,7 +175,8 @@ def teach(name: str, track: AnchorTrack, relation: Relation, geometry: PanoramaG
             f"middle is at {middle:.0f} degrees of elevation, pictures show {low:.0f} to {high:.0f}; choose a box "
             f"nearer to the {track.name}"
         )
-    return Lesson(name, track.name, relation, kept)
+    anchors = {index: one.box for index, one in track.detections.items()}
+    return Lesson(name, track.name, relation, kept, anchors)
 
 
 def spread(frames: Sequence[int], count: int) -> list[int]:
