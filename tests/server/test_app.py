@@ -200,3 +200,13 @@ def test_bodies(client):
     chunked = client.post("/search", content=iter([b"{}"]), headers={"content-type": "application/json"})
     assert chunked.status_code == 411
     assert client.put("/search", json={}).status_code == 405
+
+
+def test_one_of_two_anchors(client):
+    client.post("/search", json={"anchor": "bicycle", "frame": 12, "azimuth_deg": 350})
+    for _ in range(1000):
+        if client.get("/state").json()["phase"] == "draw":
+            break
+    (chosen,) = client.made.finder.searched
+    assert chosen.frame == 12
+    assert chosen.azimuth_rad == pytest.approx(-0.1745, abs=1e-3)

@@ -7,6 +7,7 @@ from threading import Event, Thread
 
 import pytest
 
+from andante.errors import InputError
 from andante.landmarks.windows import elevations_rad
 from andante.server.app import teaching_app
 from andante.server.running import listen, serve
@@ -225,6 +226,23 @@ def test_messages(page, served):
     page.get_by_role("button", name="Add landmark").click()
     expect(page.get_by_role("alert")).to_contain_text("Is andante teach still running in its terminal?")
     page.faults[:] = [one for one in page.faults if "ERR_CONNECTION" not in one]
+
+
+def test_two_anchors_of_a_kind(page, served):
+    find, words = served.finder.find, "two things called 'bicycle' are in view, in frame 3 at azimuths 10 and 90 degrees"
+
+    def two(recording, name, progress, *, chosen):
+        if chosen is None:
+            raise InputError(words)
+        return find(recording, name, progress, chosen=chosen)
+
+    served.finder.find = two
+    page.get_by_role("button", name="Find it").click()
+    expect(page.get_by_role("alert")).to_contain_text("Two things called 'bicycle' are in view")
+    page.get_by_label("frame", exact=True).fill("3")
+    page.get_by_label("degrees", exact=True).fill("90")
+    find_the_bicycle(page)
+    assert served.finder.searched[0].frame == 3
 
 
 def test_a_page_that_is_loaded_again_goes_on(page, served):
