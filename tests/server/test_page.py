@@ -14,6 +14,7 @@ from andante.server.running import listen, serve
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 expect = playwright.expect
+expect.set_options(timeout=30_000)  # machines that run tests are busy
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 ARGUMENTS = [
@@ -57,7 +58,7 @@ def served(make_desk):
 def page(chromium, served):
     """The page, of which nothing may go wrong unseen, and which asks nobody else for anything."""
     opened = chromium.new_page(viewport={"width": 1280, "height": 900})
-    opened.set_default_timeout(20_000)
+    opened.set_default_timeout(30_000)
     faults, foreign = [], []
     opened.on("pageerror", lambda error: faults.append(str(error)))
     opened.on("console", lambda one: faults.append(one.text) if one.type == "error" else None)
@@ -260,7 +261,7 @@ def test_a_page_that_is_loaded_again_goes_on(page, served):
 def test_finger_on_a_small_screen(chromium, served):
     context = chromium.new_context(viewport={"width": 390, "height": 800}, has_touch=True, is_mobile=True)
     page = context.new_page()
-    page.set_default_timeout(20_000)
+    page.set_default_timeout(30_000)
     page.goto(served.url)
     page.get_by_role("radio", name="bicycle").tap()
     page.get_by_role("button", name="Find it").tap()
