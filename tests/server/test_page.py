@@ -230,7 +230,10 @@ def test_messages(page, served):
 
 
 def test_two_anchors_of_a_kind(page, served):
-    find, words = served.finder.find, "two things called 'bicycle' are in view, in frame 3 at azimuths 10 and 90 degrees"
+    find, words = (
+        served.finder.find,
+        "two things called 'bicycle' are in view, in frame 3 at azimuths 10 and 90 degrees",
+    )
 
     def two(recording, name, progress, *, chosen):
         if chosen is None:
