@@ -12,7 +12,14 @@ from typer.main import get_command
 from andante.cli import app
 
 ROOT = Path(__file__).parents[1]
-DOCUMENTS = ("README.md", "CONTRIBUTING.md", "docs/experiments.md", "docs/onnx.md", "docs/teaching.md", "docs/tracking.md")
+DOCUMENTS = (
+    "README.md",
+    "CONTRIBUTING.md",
+    "docs/experiments.md",
+    "docs/onnx.md",
+    "docs/teaching.md",
+    "docs/tracking.md",
+)
 COMMANDS = get_command(app).commands
 _ENDS_A_COMMAND = {"|", ">", ">>", "&&", "||", ";", "&"}
 
