@@ -1,14 +1,18 @@
 """What all tests share."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
+from andante.angles import wrapped
 from andante.camera import rays
 from andante.data import CameraSpec, ImageArray, Pose2D
+from andante.landmarks.boxes import Box, Detection
+from andante.protocols import Recording
 from andante.recordings import MemoryRecording
 
 SHARED_DATA = Path(__file__).parents[2] / "shared" / "data"
@@ -84,6 +88,71 @@ class Garden:
     def another_day(self, *, fisheye: bool = False) -> MemoryRecording:
         """A drive between the two, in yet another light."""
         return self.drive(self.loop(37, 0.2, 3.02), name="friday", fisheye=fisheye, gain=1.15, offset=-25)
+
+
+class AnchorScene:
+    """Panoramas of a robot that passes a red bicycle with a blue shed behind it, and who finds the bicycle by heart."""
+
+    names = ("bicycle", "car", "cow")
+    frames = 40
+    size = (160, 720)
+
+    def __init__(self, found: Sequence[int] | None = None) -> None:
+        self.found = range(self.frames) if found is None else found
+        self.searched: list[object] = []
+
+    @staticmethod
+    def anchor(index: int) -> Box:
+        """In the middle of the recording it is nearest; the robot turns, so that it crosses the seam."""
+        near = 1 / np.hypot(1.0, (index - 20) / 12)
+        return Box(float(wrapped(2.6 + 0.03 * index)), -0.15, 0.35 * near, 0.22 * near)
+
+    @classmethod
+    def shed(cls, index: int) -> Box:
+        """Above the bicycle and a little to its right."""
+        return cls.anchor(index).shifted(0.2, 1.4, 1.6, 1.8)
+
+    def find(
+        self, recording: Recording, name: str, progress: Callable[[int, int], None], *, chosen: object = None
+    ) -> dict[int, Detection]:
+        """As an anchor finder does; a car is never found."""
+        self.searched.append(chosen)
+        for index in range(len(recording.infos)):
+            progress(index + 1, len(recording.infos))
+        if name != "bicycle":
+            return {}
+        return {at: Detection(self.anchor(at), name, 0.6 + 0.001 * at, followed=at % 5 == 1) for at in self.found}
+
+    @classmethod
+    @cache
+    def recording(cls) -> MemoryRecording:
+        """The drive, in colour."""
+        return MemoryRecording([cls.picture(at) for at in range(cls.frames)], np.arange(cls.frames) / 5, PANORAMA)
+
+    @classmethod
+    def picture(cls, index: int) -> ImageArray:
+        """BGR (160, 720): sky, hills, lawn, and the two boxes."""
+        height, width = cls.size
+        column, row = np.arange(width), np.arange(height)[:, None]
+        turned = 2 * np.pi * column / width + 0.03 * index
+        ridge = 62 + 6 * np.sin(3 * turned) + 3 * np.sin(11 * turned)
+        sky, hill, lawn = np.array([235, 205, 170]), np.array([70, 95, 80]), np.array([60, 130, 95])
+        picture = np.where((row < ridge)[..., None], sky - 0.3 * row[..., None], hill)
+        picture = np.where((row > height / 2)[..., None], lawn + 8 * np.sin(9 * turned + row / 3)[..., None], picture)
+        for box, colour in ((cls.shed(index), (150, 90, 40)), (cls.anchor(index), (40, 40, 200))):
+            scale = width / (2 * np.pi)
+            off = wrapped(np.pi - column / scale - box.azimuth_rad)
+            inside = (abs(off) < box.width_rad / 2) & (
+                abs(height / 2 - row - box.elevation_rad * scale) < box.height_rad * scale / 2
+            )
+            picture[inside] = colour
+        return picture.clip(0, 255).astype(np.uint8)
+
+
+@pytest.fixture(scope="session")
+def anchor_scene() -> type[AnchorScene]:
+    """The class: ``anchor_scene(found=range(3))`` finds the bicycle in three frames only."""
+    return AnchorScene
 
 
 @pytest.fixture(scope="session")

@@ -18,6 +18,7 @@ DOCUMENTS = (
     "docs/comparison.md",
     "docs/experiments.md",
     "docs/onnx.md",
+    "docs/teaching.md",
     "docs/tracking.md",
 )
 COMMANDS = get_command(app).commands

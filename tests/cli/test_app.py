@@ -26,6 +26,7 @@ def test_commands():
         "rollback",
         "simulate",
         "navigate",
+        "teach",
         "export",
         "info",
         "doctor",

@@ -21,6 +21,7 @@ from andante.cli import (
     merge,
     navigate,
     simulate,
+    teach,
     track,
     update,
 )
@@ -84,6 +85,7 @@ app.command("history", epilog=history.HISTORY_EPILOG)(history.history)
 app.command("rollback", epilog=history.ROLLBACK_EPILOG)(history.rollback)
 app.command("simulate", epilog=simulate.EPILOG)(simulate.command)
 app.command("navigate", epilog=navigate.EPILOG)(navigate.command)
+app.command("teach", epilog=teach.EPILOG)(teach.command)
 app.command("export", epilog=export.EPILOG)(export.command)
 app.command("info", epilog=info.EPILOG)(info.command)
 app.command("doctor", epilog=doctor.EPILOG)(doctor.command)

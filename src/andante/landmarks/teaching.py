@@ -1,0 +1,192 @@
+"""One gesture of a person -> labels in all frames: where a landmark lies beside an anchor (thesis 7.2).
+
+An anchor is an object that a detector knows already, as a bicycle, put beside the landmark. The person says in one
+frame where the landmark lies, in units of the anchor's box; all frames in which the anchor was found follow from it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from andante.camera import PanoramaGeometry
+from andante.errors import InputError, LearningError
+from andante.landmarks.boxes import Box, Detection
+from andante.landmarks.labels import check_name
+from andante.landmarks.search import MIN_FRAMES, Progress
+from andante.landmarks.tracks import Chosen
+from andante.landmarks.windows import clipped, visible_share
+from andante.protocols import Recording
+
+FARTHEST, LARGEST = 20.0, 20.0
+"""Of an offset and of a size, in units of the anchor's box."""
+SUGGESTED = ("bicycle", "suitcase", "car", "umbrella", "person", "chair", "potted plant", "sports ball")
+"""Anchors that are easy to come by and to recognise; those of the thesis first (7.4)."""
+_VISIBLE_SHARE = 0.5
+_WIDEST_RAD = math.pi
+
+
+class AnchorFinder(Protocol):
+    """Whatever finds an anchor in a recording."""
+
+    @property
+    def names(self) -> Sequence[str]:
+        """The kinds of anchor that it knows."""
+        ...
+
+    def find(
+        self, recording: Recording, name: str, progress: Progress | None = None, *, chosen: Chosen | None = None
+    ) -> Mapping[int, Detection]:
+        """The one anchor of this kind, by index of the frames in which it was found.
+
+        ``chosen`` tells it from another one. Raises ``AndanteError`` where there are several and nothing tells.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Relation:
+    """Where a landmark lies beside its anchor, in units of the anchor's box.
+
+    ``right`` and ``up`` lead from middle to middle, ``width`` and ``height`` are the landmark's size. Raises
+    ``InputError`` for sizes that are not positive and for anything beyond 20 anchors.
+    """
+
+    right: float
+    up: float
+    width: float
+    height: float
+
+    def __post_init__(self) -> None:
+        if not (abs(self.right) <= FARTHEST and abs(self.up) <= FARTHEST):
+            raise InputError(
+                f"a landmark {self.right:g} to the right and {self.up:g} above its anchor is no neighbour: give at "
+                f"most {FARTHEST:g} times the size of the anchor's box"
+            )
+        if not (0.0 < self.width <= LARGEST and 0.0 < self.height <= LARGEST):
+            raise InputError(
+                f"a landmark of {self.width:g} x {self.height:g} times the anchor's box cannot be: give a width and a "
+                f"height above 0, at most {LARGEST:g}"
+            )
+
+    @classmethod
+    def between(cls, anchor: Box, landmark: Box) -> Relation:
+        """How one box lies beside another."""
+        return cls(*landmark.seen_from(anchor))
+
+    def box(self, anchor: Box) -> Box:
+        """The landmark beside an anchor."""
+        return anchor.shifted(self.right, self.up, self.width, self.height)
+
+
+@dataclass(frozen=True, slots=True)
+class AnchorTrack:
+    """One anchor through a recording: by index of the frame, ascending, where it was found.
+
+    Raises ``LearningError`` where it was found in fewer than 10 frames.
+    """
+
+    name: str
+    detections: Mapping[int, Detection]
+
+    def __post_init__(self) -> None:
+        found = len(self.detections)
+        if not found:
+            raise LearningError(
+                f"no {self.name} was found in any frame; put one beside the landmark where the camera sees it whole, "
+                "or choose another kind of anchor"
+            )
+        if found < MIN_FRAMES:
+            raise LearningError(
+                f"the {self.name} was found in {found} frame{'s' if found > 1 else ''} only, at least {MIN_FRAMES} are "
+                "needed; drive nearer to it, more slowly, or choose another kind of anchor"
+            )
+
+    def best_frame(self) -> int:
+        """A frame to draw in: seen rather than followed, then where score and size are high."""
+
+        def merit(index: int) -> tuple[bool, float]:
+            one = self.detections[index]
+            return not one.followed, one.score * math.sqrt(one.box.width_rad * one.box.height_rad)
+
+        return max(self.detections, key=merit)
+
+
+@dataclass(frozen=True, slots=True)
+class Lesson:
+    """A landmark that was taught: its name, by which kind of anchor, how, and its box by index of the frame.
+
+    ``anchors`` are the boxes of the anchor, also in frames in which the landmark cannot be seen.
+    """
+
+    name: str
+    anchor: str
+    relation: Relation
+    boxes: Mapping[int, Box]
+    anchors: Mapping[int, Box]
+
+    def without(self, frames: Sequence[int]) -> Lesson:
+        """The same without some frames; raises ``LearningError`` where fewer than 10 are left."""
+        kept = {index: box for index, box in self.boxes.items() if index not in frames}
+        if len(kept) < MIN_FRAMES:
+            raise LearningError(
+                f"landmark {self.name!r} would be left with {len(kept)} frames, at least {MIN_FRAMES} are needed; keep "
+                "more frames or draw the landmark again"
+            )
+        return replace(self, boxes=kept)
+
+
+def find_track(
+    finder: AnchorFinder, recording: Recording, name: str, progress: Progress, chosen: Chosen | None = None
+) -> AnchorTrack:
+    """Look for an anchor in a recording.
+
+    Raises ``InputError`` for a kind that the finder does not know, ``LearningError`` where there is none, or in too few
+    frames, and what the finder raises.
+    """
+    check_kind(finder, name)
+    return AnchorTrack(name, dict(sorted(finder.find(recording, name, progress, chosen=chosen).items())))
+
+
+def check_kind(finder: AnchorFinder, name: str) -> None:
+    """Raise ``InputError`` for a kind of anchor that the finder does not know."""
+    if name not in finder.names:
+        raise InputError(f"no detector knows an anchor {name[:40]!r}; choose one of: {', '.join(finder.names)}")
+
+
+def teach(name: str, track: AnchorTrack, relation: Relation, geometry: PanoramaGeometry) -> Lesson:
+    """The landmark's box in every frame with the anchor in which at least half of it lies in the picture.
+
+    Boxes are cut off where the picture ends. Raises ``InputError`` for a name that cannot be one, and where the box
+    lies outside of the picture in too many frames.
+    """
+    check_name(name)
+    boxes = {index: relation.box(one.box) for index, one in track.detections.items()}
+    kept = {index: part for index, box in boxes.items() if (part := _shown(box, geometry)) is not None}
+    if len(kept) < MIN_FRAMES:
+        middle = math.degrees(float(np.median([box.elevation_rad for box in boxes.values()])))
+        low, high = geometry.min_deg, geometry.max_deg
+        raise InputError(
+            f"landmark {name!r} lies outside of the picture in {len(boxes) - len(kept)} of {len(boxes)} frames: its "
+            f"middle is at {middle:.0f} degrees of elevation, pictures show {low:.0f} to {high:.0f}; choose a box "
+            f"nearer to the {track.name}"
+        )
+    anchors = {index: one.box for index, one in track.detections.items()}
+    return Lesson(name, track.name, relation, kept, anchors)
+
+
+def spread(frames: Sequence[int], count: int) -> list[int]:
+    """At most ``count`` of some frames, spread evenly, both ends included."""
+    places = np.unique(np.linspace(0, len(frames) - 1, min(count, len(frames))).round().astype(int))
+    return [frames[at] for at in places]
+
+
+def _shown(box: Box, geometry: PanoramaGeometry) -> Box | None:
+    """What of a box can be a label."""
+    if box.width_rad > _WIDEST_RAD or visible_share(box, geometry) < _VISIBLE_SHARE:
+        return None
+    return clipped(box, geometry)
