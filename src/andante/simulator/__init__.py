@@ -8,6 +8,7 @@ from andante.simulator.boxes import ObjectBox, object_boxes
 from andante.simulator.camera import SimulatedCamera
 from andante.simulator.conditions import Conditions
 from andante.simulator.export import Progress, render_plan, render_session, render_sessions
+from andante.simulator.extents import Extent, ExtentFinder, object_extent
 from andante.simulator.garden import Garden, GardenSpec, Scene, Thing, Wall
 from andante.simulator.layout import make_garden
 from andante.simulator.odometry import Odometer, OdometryNoise
@@ -16,10 +17,13 @@ from andante.simulator.recording import SimulatedRecording
 from andante.simulator.render import Renderer, Rendering
 from andante.simulator.robot import SimulatedRobot
 from andante.simulator.trajectories import BorderRun, GivenPoses, GridRun, InfieldRun
+from andante.simulator.visitors import Placed
 
 __all__ = [
     "BorderRun",
     "Conditions",
+    "Extent",
+    "ExtentFinder",
     "Garden",
     "GardenSpec",
     "GivenPoses",
@@ -28,6 +32,7 @@ __all__ = [
     "ObjectBox",
     "Odometer",
     "OdometryNoise",
+    "Placed",
     "Plan",
     "Progress",
     "Renderer",
@@ -41,6 +46,7 @@ __all__ = [
     "Wall",
     "make_garden",
     "object_boxes",
+    "object_extent",
     "render_plan",
     "render_session",
     "render_sessions",

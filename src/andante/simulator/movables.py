@@ -8,11 +8,16 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from andante.simulator.luggage import trolley
 from andante.simulator.mesh import Layer, Matter, Mesh, Paint
 from andante.simulator.shapes import box, boxes, chain, ellipsoid, prism, ring, rods
+from andante.simulator.vehicles import hatchback
 
 MovableKind = Literal["car", "bicycle", "chair", "umbrella", "suitcase", "cow", "person"]
 MOVABLE_KINDS: tuple[MovableKind, ...] = get_args(MovableKind)
+"""What visitors bring along by themselves; more would change what sessions with all of them look like."""
+PlacedKind = Literal[MovableKind, "hatchback", "trolley"]
+"""What can be put down on purpose: also things made so that detectors of everyday things know them."""
 
 _VIVID = (
     (0.50, 0.05, 0.04),
@@ -164,7 +169,7 @@ class MovableShape:
     size_m: tuple[float, float]
 
 
-MOVABLES: Mapping[MovableKind, MovableShape] = {
+MOVABLES: Mapping[PlacedKind, MovableShape] = {
     "car": MovableShape(car, (4.3, 1.8)),
     "bicycle": MovableShape(bicycle, (1.8, 0.6)),
     "chair": MovableShape(chair, (0.6, 0.6)),
@@ -172,4 +177,6 @@ MOVABLES: Mapping[MovableKind, MovableShape] = {
     "suitcase": MovableShape(suitcase, (0.5, 0.3)),
     "cow": MovableShape(cow, (2.5, 0.9)),
     "person": MovableShape(person, (0.5, 0.7)),
+    "hatchback": MovableShape(hatchback, (4.1, 1.8)),
+    "trolley": MovableShape(trolley, (0.5, 0.3)),
 }

@@ -1,0 +1,58 @@
+"""Which detections are the one anchor."""
+
+import numpy as np
+import pytest
+
+from andante.errors import InputError
+from andante.landmarks.boxes import Box, Detection
+from andante.landmarks.tracks import Chosen, one_anchor
+
+FRAMES = 40
+TURNS = 0.2 * np.arange(FRAMES)
+
+
+def seen(start, n, score=0.8, drift=0.02):
+    azimuth = start - TURNS[n] + drift * n
+    return Detection(Box(float(np.angle(np.exp(1j * azimuth))), 0.1, 0.3, 0.4), "bicycle", score)
+
+
+def test_one_thing_is_one_chain_while_the_robot_turns_around_itself():
+    detections = {n: [seen(1.0, n)] for n in range(FRAMES)}
+    assert one_anchor(detections, TURNS) == {n: one for n, (one,) in detections.items()}
+
+
+def test_outliers_beside_the_chain_are_left_out():
+    rng = np.random.default_rng(1)
+    detections = {n: [seen(1.0, n)] for n in range(FRAMES)}
+    for n in (5, 17, 30):
+        detections[n].append(Detection(Box(rng.uniform(-3, 3), 0.1, 0.2, 0.2), "bicycle", 0.9))
+    kept = one_anchor(detections, TURNS)
+    assert all(kept[n] == detections[n][0] for n in range(FRAMES))
+
+
+def test_an_outlier_in_a_gap_is_left_out():
+    detections = {n: [seen(1.0, n)] for n in range(FRAMES) if n != 12}
+    detections[12] = [seen(-1.5, 12, 0.9)]
+    assert 12 not in one_anchor(detections, TURNS)
+
+
+def test_a_thing_that_comes_into_view_again_is_the_same():
+    detections = {n: [seen(1.0, n)] for n in [*range(5), *range(30, 40)]}
+    assert len(one_anchor(detections, TURNS)) == 15
+
+
+def test_two_things_of_a_kind_are_an_error_that_says_how_to_choose():
+    detections = {n: [seen(1.0, n), seen(-1.5, n, 0.7)] for n in range(FRAMES)}
+    with pytest.raises(InputError, match=r"two things called 'bicycle' are in view, in frame 0 at azimuths 57 and -86"):
+        one_anchor(detections, TURNS)
+    kept = one_anchor(detections, TURNS, Chosen(20, detections[20][1].box.azimuth_rad))
+    assert kept == {n: both[1] for n, both in detections.items()}
+
+
+def test_choosing_where_nothing_is_is_an_error():
+    with pytest.raises(InputError, match=r"no such thing was found in frame 39; choose a frame in which it was"):
+        one_anchor({n: [seen(1.0, n)] for n in range(5)}, TURNS, Chosen(39, 0.0))
+
+
+def test_nothing_found_is_nothing():
+    assert one_anchor({0: [], 1: []}, TURNS) == {}
