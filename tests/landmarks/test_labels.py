@@ -17,8 +17,9 @@ def labels(**changes):
 
 
 def test_what_is_saved_reads_back_exactly(tmp_path):
-    labels(content_hash="abc").save(tmp_path / "shed.json")
-    assert Labels.load(tmp_path / "shed.json") == labels(content_hash="abc")
+    taught = labels(content_hash="abc", anchors={3: Box(0.5, 0.1, 0.1, 0.1)})
+    taught.save(tmp_path / "shed.json")
+    assert Labels.load(tmp_path / "shed.json") == taught
     assert [path.name for path in tmp_path.iterdir()] == ["shed.json"]
 
 

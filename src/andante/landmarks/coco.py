@@ -3,8 +3,8 @@
 Boxes are in pixels of the panorama: x from its left edge, y from its top. COCO knows no seam, so a box over the seam is
 two annotations that share their ``seam_group``, first the one at the right edge of the picture, then the one at the
 left; readers that do not know the key see two boxes of one category, which is what the picture shows. Parts beyond the
-top or bottom row are cut off. An image lists the categories that are ``absent`` from it for certain; of the others
-without an annotation nothing is known.
+top or bottom row are cut off, anchors are left out. An image lists the categories that are ``absent`` from it for
+certain; of the others without an annotation nothing is known.
 """
 
 from __future__ import annotations

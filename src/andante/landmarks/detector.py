@@ -35,7 +35,7 @@ class LandmarkDetector:
         self.header = read_header(self._session.get_modelmeta().custom_metadata_map.get(KEY), source)
         self._grid = Grid(self.header.geometry, STRIDE)
         _check_shapes(self._session, self._grid, len(self.header.landmarks), source)
-        self._makers: dict[tuple[CameraSpec, tuple[int, ...]], PanoramaMaker] = {}
+        self._maker: tuple[tuple[CameraSpec, tuple[int, ...]], PanoramaMaker] | None = None
 
     def __repr__(self) -> str:
         return f"LandmarkDetector({', '.join(self.names)})"
@@ -52,7 +52,7 @@ class LandmarkDetector:
         found = hashlib.sha256(data).hexdigest()
         if sha256 is not None and sha256.lower() != found:
             raise InputError(
-                f"landmark detector {path} has the SHA-256 {found[:16]}..., expected was {sha256[:16].lower()}...; give "
+                f"landmark detector {path} has the SHA-256 {found[:16]}..., expected {sha256[:16].lower()}...; give "
                 "the file that the map was built with, or build the map again"
             )
         detector = cls(data, str(path), threads=threads)
@@ -90,9 +90,10 @@ class LandmarkDetector:
         Raises ``ImageError`` and ``ConfigError`` for pictures and cameras that cannot be unwrapped.
         """
         key = camera, image.shape[:2]
-        if key not in self._makers:
-            self._makers = {key: PanoramaMaker(camera, image.shape, self.geometry)}  # one camera at a time is usual
-        return self.detect_in_panorama(self._makers[key](image))
+        maker = self._maker
+        if maker is None or maker[0] != key:  # one camera at a time is usual
+            self._maker = maker = key, PanoramaMaker(camera, image.shape, self.geometry)
+        return self.detect_in_panorama(maker[1](image))
 
     def detect_in_panorama(self, panorama: ImageArray) -> list[Detection]:
         """As ``detect``, for a BGR panorama (height, width, 3) uint8 of ``geometry``."""

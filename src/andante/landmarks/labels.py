@@ -7,7 +7,7 @@ import os
 import re
 import uuid
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -34,7 +34,9 @@ class Labels:
 
     Of a frame in neither, nothing is known: where the anchor was not found, the landmark may still be in view. So such
     a frame teaches a detector nothing about this landmark, neither that it is there nor that it is not.
-    ``content_hash`` is that of the recording, so that labels are not used with another one.
+    ``content_hash`` is that of the recording, so that labels are not used with another one. ``anchors`` are the boxes
+    of the thing that stood beside the landmark while it was taught, by frame: it will be gone, so a detector must not
+    learn that it belongs there.
     Raises ``InputError`` for an unusable name, a box that no picture can have, a frame both labelled and absent.
     """
 
@@ -43,10 +45,11 @@ class Labels:
     boxes: Mapping[int, Box]
     absent: frozenset[int] = frozenset()
     content_hash: str | None = None
+    anchors: Mapping[int, Box] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_name(self.name)
-        for frame, box in self.boxes.items():
+        for frame, box in (*self.boxes.items(), *self.anchors.items()):
             _check_frame(self.name, frame)
             _check_box(self.name, frame, box)
         for frame in self.absent:
@@ -63,14 +66,14 @@ class Labels:
 
     def save(self, path: str | Path) -> None:
         """Write as JSON, all or nothing; raises ``InputError`` where the place cannot be written."""
-        rows = [{"frame": frame, **asdict(self.boxes[frame])} for frame in sorted(self.boxes)]
         values = {
             "schema": SCHEMA,
             "name": self.name,
             "recording": self.recording,
             "content_hash": self.content_hash,
-            "boxes": rows,
+            "boxes": _rows(self.boxes),
             "absent": sorted(self.absent),
+            "anchors": _rows(self.anchors),
         }
         text = _LabelsFile.model_validate(values).model_dump_json(by_alias=True, indent=1)
         write_file(Path(path), text.encode())
@@ -87,13 +90,8 @@ class Labels:
         if len(set(frames)) < len(frames):
             twice = next(frame for frame in frames if frames.count(frame) > 1)
             raise InputError(f"labels {path}: frame {twice} has two boxes; a landmark is in a frame once")
-        return cls(
-            file.name,
-            file.recording,
-            {row.frame: Box(**row.model_dump(exclude={"frame"})) for row in file.boxes},
-            frozenset(file.absent),
-            file.content_hash,
-        )
+        boxes, anchors = ({row.frame: row.box for row in rows} for rows in (file.boxes, file.anchors))
+        return cls(file.name, file.recording, boxes, frozenset(file.absent), file.content_hash, anchors)
 
 
 def check_name(name: str) -> None:
@@ -127,11 +125,11 @@ def require_usable(labels: Labels, recording: Recording, min_deg: float, max_deg
             f"0 to {len(recording.infos) - 1}; give the recording that they were made for"
         )
     for frame, box in sorted(labels.boxes.items()):
-        low, high = box.elevation_rad - box.height_rad / 2.0, box.elevation_rad + box.height_rad / 2.0
-        if high <= np.radians(min_deg) or low >= np.radians(max_deg):
+        low, high = np.degrees(box.low_rad), np.degrees(box.high_rad)
+        if high <= min_deg or low >= max_deg:
             raise InputError(
-                f"landmark {labels.name!r}: the box of frame {frame} lies at {np.degrees(low):.1f} to "
-                f"{np.degrees(high):.1f} degrees of elevation, outside of the panorama with {min_deg:g} to "
+                f"landmark {labels.name!r}: the box of frame {frame} lies at {low:.1f} to "
+                f"{high:.1f} degrees of elevation, outside of the panorama with {min_deg:g} to "
                 f"{max_deg:g}; teach it nearer to the horizon"
             )
 
@@ -171,6 +169,10 @@ class _Row(BaseModel):
     width_rad: _Width
     height_rad: _Height
 
+    @property
+    def box(self) -> Box:
+        return Box(self.azimuth_rad, self.elevation_rad, self.width_rad, self.height_rad)
+
 
 class _LabelsFile(BaseModel):
     model_config = ConfigDict(extra="forbid")
@@ -182,6 +184,11 @@ class _LabelsFile(BaseModel):
     content_hash: str | None
     boxes: list[_Row]
     absent: list[Annotated[int, Field(ge=0)]]
+    anchors: list[_Row] = []
+
+
+def _rows(boxes: Mapping[int, Box]) -> list[dict[str, Any]]:
+    return [{"frame": frame, **asdict(boxes[frame])} for frame in sorted(boxes)]
 
 
 def _first_fault(error: ValidationError) -> str:

@@ -1,0 +1,122 @@
+"""Learns to find landmarks from a few hundred labels, on a CPU, in minutes. Needs the extras ``torch`` and ``onnx``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from andante.camera import PanoramaGeometry
+from andante.errors import ConfigError, LearningError, MissingExtraError
+from andante.landmarks.detector import LandmarkDetector
+from andante.landmarks.detector_file import DetectorHeader, Landmark, written
+from andante.landmarks.examples import Progress, Taught, divided, gathered
+from andante.landmarks.heatmaps import Grid
+from andante.landmarks.layout import COARSEST, STRIDE
+from andante.landmarks.scoring import Score, fitted
+from andante.protocols import Recording
+
+if TYPE_CHECKING:
+    from andante.landmarks.verdict import Places
+
+_JUDGED = 300
+"""Held-out pictures, each in light of its own, from which scores are learnt."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrainingConfig:
+    """How to learn; raises ``ConfigError`` for values that make no sense.
+
+    The share ``held_out`` decides when to stop (after ``patience`` looks at it, one every ``check_every`` steps,
+    without getting better) and what a score is worth: the share ``false_positives`` of wrong places in it may pass for
+    a landmark. ``max_seconds`` may end it sooner; twelve pictures a step take about 0.3 s on one core.
+    """
+
+    geometry: PanoramaGeometry = field(default_factory=lambda: PanoramaGeometry(640, 112, -5.0, 60.0))
+    steps: int = 600
+    batch: int = 12
+    learning_rate: float = 4e-3
+    held_out: float = 0.2
+    check_every: int = 50
+    patience: int = 4
+    max_seconds: float = 300.0
+    least_labels: int = 20
+    most_labels: int = 500
+    false_positives: float = 0.02
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.geometry.width_px % COARSEST or self.geometry.height_px % COARSEST:
+            raise ConfigError(
+                f"the sides of the panorama must be multiples of {COARSEST} px, got {self.geometry.width_px} x "
+                f"{self.geometry.height_px}"
+            )
+        if not 0.05 <= self.held_out <= 0.5:
+            raise ConfigError(f"held_out = {self.held_out:g} is not allowed; use a share from 0.05 to 0.5")
+        if not 0.0 < self.false_positives < 1.0:
+            raise ConfigError(f"false_positives = {self.false_positives:g} is not allowed; use a share between 0 and 1")
+        counts = "steps", "batch", "check_every", "patience", "least_labels", "most_labels"
+        for name in (*counts, "learning_rate", "max_seconds"):
+            if not getattr(self, name) > 0:
+                raise ConfigError(f"{name} = {getattr(self, name):g} is not allowed; use a positive number")
+
+
+def train_detector(
+    taught: Taught,
+    config: TrainingConfig | None = None,
+    *,
+    elsewhere: Sequence[Recording] = (),
+    progress: Progress | None = None,
+) -> LandmarkDetector:
+    """A detector of all landmarks that ``taught`` has labels of.
+
+    Recordings ``elsewhere`` show none of them, and make false positives rarer. ``progress`` is told of ``read`` and
+    ``learn``. The detector's ``header.notes`` say how it was learnt and what it reached on what was held out. The same
+    for the same seed, data and machine. Raises ``InputError`` for labels that cannot be used, ``LearningError`` where a
+    landmark cannot be told from its surroundings, ``MissingExtraError`` without torch, onnx or onnxruntime.
+    """
+    _require_extras()
+    from andante.landmarks.learning import learnt, random_days
+    from andante.landmarks.verdict import best_places
+
+    config = config or TrainingConfig()
+    grid = Grid(config.geometry, STRIDE)
+    names, examples = gathered(
+        taught, elsewhere, grid, most=config.most_labels, least=config.least_labels, progress=progress
+    )
+    learning, held_out = divided(examples, config.held_out)
+    for number, name in enumerate(names):
+        if not (learning.present[:, number].any() and held_out.present[:, number].any()):
+            raise LearningError(f"landmark {name!r} has too few labels to hold some out; teach more, or raise held_out")
+    network, notes = learnt(learning, held_out, grid, config, progress)
+    pictures = random_days(
+        held_out, grid, np.random.default_rng([config.seed, 2]), batch=config.batch, most=-(-_JUDGED // config.batch)
+    )
+    landmarks, reached = [], {}
+    for name, places in zip(names, best_places(network, pictures, grid), strict=True):
+        score = _score(name, places, config.false_positives)
+        landmarks.append(Landmark(name=name, slope=score.slope, offset=score.offset, threshold=score.threshold))
+        reached[name] = places.figures(score.of(places.heat) >= score.threshold)
+    notes |= {"examples": len(learning), "held_out": reached}
+    return LandmarkDetector(written(DetectorHeader.of(config.geometry, tuple(landmarks), notes), network.folded()))
+
+
+def _score(name: str, places: Places, false_positives: float) -> Score:
+    """The score of one landmark."""
+    heat = np.concatenate([places.heat, places.beside])
+    right = np.concatenate([places.right, np.zeros(len(places.beside), np.bool_)])
+    try:
+        return fitted(heat, right, false_positives)
+    except LearningError as error:
+        raise LearningError(f"landmark {name!r}: {error}") from None
+
+
+def _require_extras() -> None:
+    """Before minutes of work, not after."""
+    for package, extra in (("torch", "torch"), ("onnx", "onnx"), ("onnxruntime", "landmarks")):
+        try:
+            __import__(package)
+        except ImportError:
+            raise MissingExtraError(package, extra) from None
