@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from andante.errors import InputError
@@ -19,17 +19,20 @@ def turned(box: Box, by_rad: float) -> Box:
     )
 
 
+@settings(deadline=None, max_examples=40)
 @given(boxes, boxes, angles)
 def test_turning_the_robot_changes_no_overlap(first, second, turn):
     assert turned(first, turn).iou(turned(second, turn)) == pytest.approx(first.iou(second), abs=1e-9)
     assert first.iou(second) == pytest.approx(second.iou(first), abs=1e-12)
 
 
+@settings(deadline=None, max_examples=40)
 @given(boxes)
 def test_a_box_overlaps_itself_wholly(box):
     assert box.iou(box) == pytest.approx(1.0)
 
 
+@settings(deadline=None, max_examples=40)
 @given(boxes, boxes)
 def test_overlap_is_what_counting_cells_gives(first, second):
     azimuth = -np.pi + 2 * np.pi * (np.arange(1500) + 0.5) / 1500
@@ -49,6 +52,7 @@ def test_boxes_wider_than_half_the_circle_meet_on_both_sides():
     assert front.shared_rad2(back) == pytest.approx(2 * (4.0 - np.pi))
 
 
+@settings(deadline=None, max_examples=40)
 @given(boxes, boxes)
 def test_a_landmark_is_where_its_anchor_says(anchor, landmark):
     again = anchor.shifted(*landmark.seen_from(anchor))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from andante.camera import PanoramaGeometry
@@ -13,6 +13,7 @@ from andante.landmarks.cuts import FILL, Cuts
 GEOMETRY = PanoramaGeometry(720, 140, -20.0, 50.0)
 
 
+@settings(deadline=None, max_examples=40)
 @given(st.integers(0, 7), st.floats(-0.6, 0.6), st.floats(-0.2, 0.6), st.floats(0.02, 0.5), st.floats(0.02, 0.5))
 def test_boxes_go_to_a_cut_and_back(number, beside, elevation, width, height):
     cuts = Cuts(GEOMETRY)

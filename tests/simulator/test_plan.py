@@ -1,7 +1,7 @@
 import pytest
 
 from andante.errors import ConfigError
-from andante.simulator import BorderRun, Conditions, InfieldRun, Plan, Session
+from andante.simulator import BorderRun, Conditions, GardenSpec, InfieldRun, Placed, Plan, Session
 
 GOOD = """
 [garden]
@@ -97,3 +97,14 @@ def test_the_fingerprint_changes_with_what_a_session_depends_on_and_with_nothing
     shared = Session(name="x", objects=("car",), objects_seed=1)
     alone, joined = Plan(sessions=(shared,)), Plan(sessions=(shared, Session(name="y", seed=7, objects_seed=1)))
     assert alone.fingerprint("x") != joined.fingerprint("x")  # y's way moves the car
+
+
+def test_putting_things_down_changes_the_fingerprint_and_nothing_put_down_does_not():
+    def plan(*placed):
+        first = Session(name="a", seed=1, objects=("car", "cow"), objects_seed=9, placed=placed)
+        return Plan(garden=GardenSpec(seed=3), sessions=(first, Session(name="b", seed=2, objects_seed=9)))
+
+    assert plan().fingerprint("a") == "a3e17956ddf6dfb1"  # as before anything could be put down
+    bicycle, car = Placed(kind="bicycle", x_m=1.0, y_m=2.0), Placed(kind="car", x_m=1.0, y_m=2.0)
+    assert len({plan(*placed).fingerprint("a") for placed in ((), (bicycle,), (car,))}) == 3
+    assert plan(bicycle).fingerprint("b") == plan().fingerprint("b")  # it has no objects that keep clear of it

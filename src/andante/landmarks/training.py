@@ -44,7 +44,7 @@ class TrainingConfig:
     max_seconds: float = 300.0
     least_labels: int = 20
     most_labels: int = 500
-    false_positives: float = 0.005
+    false_positives: float = 0.02
     seed: int = 0
 
     def __post_init__(self) -> None:
