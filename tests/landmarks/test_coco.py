@@ -4,7 +4,7 @@ import math
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from andante.angles import wrapped
@@ -35,6 +35,7 @@ def close(first: Box, second: Box) -> bool:
     return max(turn, *map(abs, rest), abs(first.height_rad - second.height_rad)) < 1e-9
 
 
+@settings(max_examples=40, deadline=None)
 @given(boxes())
 def test_boxes_survive_pixels(box):
     pixels = box_pixels(box, GEOMETRY)
@@ -42,6 +43,7 @@ def test_boxes_survive_pixels(box):
     assert close(pixel_box(pixels, GEOMETRY), box)
 
 
+@settings(max_examples=40, deadline=None)
 @given(st.dictionaries(st.integers(0, 50), boxes(), min_size=1), st.sets(st.integers(60, 70)))
 def test_labels_survive_coco(found, absent):
     given_labels = [

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from andante.angles import wrapped
@@ -19,6 +19,7 @@ seen_boxes = st.builds(
 )
 
 
+@settings(max_examples=40, deadline=None)
 @given(seen_boxes)
 def test_boxes_survive_cells(box):
     back = GRID.box_of(GRID.cells_of([box])[0])
@@ -34,6 +35,7 @@ def test_the_middle_of_a_cell_is_the_middle_of_its_pixels():
     assert GRID.cells_of([box])[0] == pytest.approx([3, 2, 1, 1])
 
 
+@settings(max_examples=40, deadline=None)
 @given(seen_boxes)
 def test_what_is_asked_of_the_network_decodes_to_the_box(box):
     cells = GRID.cells_of([box])
@@ -64,6 +66,7 @@ def test_a_landmark_that_is_not_there_asks_for_cold():
     assert np.isnan(GRID.cells_of([None])).all()
 
 
+@settings(max_examples=40, deadline=None)
 @given(seen_boxes, st.integers(0, 19))
 def test_targets_turn_with_the_robot(box, turn):
     cells = GRID.cells_of([box])[None]
