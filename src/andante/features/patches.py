@@ -116,4 +116,5 @@ class PatchEncoder:
     def _smoothing(self) -> Float32Array:
         """Of the spectrum of a row: by a Gaussian half as wide as a cell."""
         k = np.arange(self.width_px // 2 + 1)
-        return np.exp(-0.5 * (k * np.radians(self.cell_deg) / 2) ** 2).astype(np.float32)
+        smoothing: Float32Array = np.exp(-0.5 * (k * np.radians(self.cell_deg) / 2) ** 2).astype(np.float32)
+        return smoothing

@@ -4,43 +4,42 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import partial
 
 import numpy as np
 
-from andante.data import Estimate, FloatArray, Hypothesis, ImageArray, Status
+from andante.data import Estimate, FloatArray, ImageArray, Status
 from andante.errors import BlankImageError, ConfigError, RecordingError
 from andante.features import PatchEncoder
 from andante.mapping.config import FeatureConfig
 from andante.mapping.frontend import FrontEnd, camera_and_size
 from andante.mapping.gaze_calibration import GazeBounds, calibrated
 from andante.mapping.gaze_config import GazeConfig
-from andante.mapping.gaze_lesson import GazeDrive, GazeModel, gallery_of, learn_gaze, read_drive
-from andante.mapping.gaze_votes import Gallery, Rules, Verdict, verdict
+from andante.mapping.gaze_lesson import GazeDrive, learn_readout, read_drive
+from andante.mapping.gaze_readout import GazeReadout, spaced_azimuths
+from andante.mapping.gaze_votes import Verdict
 from andante.mapping.memory import Source
 from andante.mapping.sessions import Progress, require_distinct
 from andante.mapping.uncertainty import covariance_of
 from andante.protocols import Recording
 from andante.sfa import one_thread
 
-_DROPPED = 0.5
-"""Support below which a patch counts as not agreeing."""
+_AGREES = 0.5
+"""Support from which a patch counts as agreeing."""
 
 
 @dataclass(frozen=True, eq=False)
 class GazeMap:
-    """Patches of mapped frames, and what an image has to do with them; made by ``build_gaze_map``.
+    """Patches of mapped frames, and what those of an image have to do with them; made by ``build_gaze_map``.
 
-    ``encoder`` describes patches, ``model`` makes slow features of them, ``gallery`` is what these are compared with;
-    ``bounds`` are what held-out frames allow to promise.
+    ``readout`` tells place and heading; ``bounds``, by rising number of patches, are what held-out frames allow to
+    promise.
     """
 
     config: GazeConfig
     front_end: FrontEnd
-    encoder: PatchEncoder
-    model: GazeModel
-    gallery: Gallery
-    bounds: GazeBounds
+    readout: GazeReadout
+    bounds: tuple[GazeBounds, ...]
     sources: tuple[Source, ...]
     name: str = "gaze"
 
@@ -49,10 +48,13 @@ class GazeMap:
 
         A picture that shows nothing gives status lost; one of the wrong size raises ``ImageError``.
         """
-        return self.localize_patches(image, self.default_azimuths)
+        return self.localize_patches(image, spaced_azimuths(self.config.patches))
 
     def localize_patches(self, image: ImageArray, azimuth_rad: Sequence[float] | FloatArray) -> Estimate:
-        """The same by the patches whose middles are at azimuths (m,), counter-clockwise from the robot's forward."""
+        """The same by the patches whose middles are at azimuths (m,), counter-clockwise from the robot's forward.
+
+        Raises ``ArrayError`` for none of them.
+        """
         try:
             panorama = self.front_end.grey_panorama(image)
         except BlankImageError as error:
@@ -60,50 +62,38 @@ class GazeMap:
         return self.estimate(self.look(panorama, azimuth_rad))
 
     def look(self, panorama: ImageArray, azimuth_rad: Sequence[float] | FloatArray) -> Verdict:
-        """What patches of a grey panorama (height, width) agree on; raises ``ArrayError`` for none of them."""
-        azimuth = np.asarray(azimuth_rad, dtype=np.float64).reshape(1, -1)
-        patches = self.encoder.cut(self.encoder.fields(panorama[None]), azimuth)[0]
-        return verdict(self.gallery, self.model.transform(patches), azimuth[0], self.rules)
+        """What patches of a grey panorama (height, width) agree on, and which of them do."""
+        fields = self.readout.encoder.fields(panorama[None])[0]
+        return self.readout.look(fields, np.asarray(azimuth_rad, dtype=np.float64))
 
     def estimate(self, seen: Verdict) -> Estimate:
         """A verdict with what may be promised of it."""
-        agree = int((seen.support >= _DROPPED).sum())
+        bounds = self._bounds_of(len(seen.support))
+        agree = int((seen.support >= _AGREES).sum())
         told = f"{agree} of {len(seen.support)} patches agree, by a margin of {seen.margin:.1f}"
-        best = Hypothesis(*seen.xy.tolist(), 1 / (1 + _odds(seen)), seen.heading_rad)
-        rivals = tuple(
-            Hypothesis(x, y, float(np.exp(-behind)) * best.weight, heading) for x, y, heading, behind in seen.rivals
-        )
         likeness = float(seen.clarity @ seen.support / len(seen.support))
-        if seen.margin < self.bounds.lost_below:
-            reason = f"the patches do not agree on one place: {told}, at least {self.bounds.lost_below:.1f} is needed"
-            return Estimate(Status.LOST, reason, likeness=likeness, hypotheses=(best, *rivals))
-        status = Status.OK if seen.margin >= self.bounds.degraded_below else Status.DEGRADED
-        radius = self.bounds.radius_m(seen)
-        covariance = covariance_of(seen.covariance + np.eye(2) * 1e-6, radius, self.bounds.heading_rad)
-        x, y = seen.xy.tolist()
+        if seen.margin < bounds.lost_below:
+            reason = f"the patches do not agree on one place: {told}, at least {bounds.lost_below:.1f} is needed"
+            return Estimate(Status.LOST, reason, likeness=likeness, hypotheses=seen.hypotheses)
         return Estimate(
-            status, told, x, y, seen.heading_rad, covariance, radius, likeness=likeness, hypotheses=(best, *rivals)
+            Status.OK if seen.margin >= bounds.degraded_below else Status.DEGRADED,
+            told,
+            x_m=float(seen.xy[0]),
+            y_m=float(seen.xy[1]),
+            heading_rad=seen.heading_rad,
+            covariance=covariance_of(seen.covariance, bounds.radius_m(seen), bounds.heading_rad),
+            radius_m=bounds.radius_m(seen),
+            likeness=likeness,
+            hypotheses=seen.hypotheses,
         )
 
     def for_recording(self, recording: Recording) -> GazeMap:
         """The same map for the camera of a recording, whose image circle is found where it is not declared."""
         return replace(self, front_end=self.front_end.for_recording(recording))
 
-    @property
-    def default_azimuths(self) -> FloatArray:
-        """(patches,) evenly spaced, the first straight ahead."""
-        azimuths: FloatArray = 2 * np.pi * np.arange(self.config.patches) / self.config.patches
-        return azimuths
-
-    @cached_property
-    def rules(self) -> Rules:
-        """How patches vote, as configured."""
-        return rules_of(self.config)
-
-
-def rules_of(config: GazeConfig) -> Rules:
-    """The part of a configuration that decides how patches vote."""
-    return Rules(config.sharpness, config.outlier_share, config.consensus_m, config.width_deg)
+    def _bounds_of(self, patches: int) -> GazeBounds:
+        """Of the largest number that was tried and is not larger."""
+        return [bounds for bounds in self.bounds if bounds.patches <= max(1, patches)][-1]
 
 
 def build_gaze_map(
@@ -142,14 +132,8 @@ def learn_gaze_map(
     drives: Sequence[GazeDrive], front_end: FrontEnd, encoder: PatchEncoder, config: GazeConfig, *, name: str = "gaze"
 ) -> GazeMap:
     """What ``build_gaze_map`` does once the pictures have become fields."""
+    learn = partial(learn_readout, encoder=encoder, config=config)
     with one_thread():
-        model = learn_gaze(drives, encoder, config)
-        gallery = gallery_of(drives, encoder, model, config)
-        bounds = calibrated(drives, encoder, config, rules_of(config))
-    sources = tuple(drive.session.source for drive in drives)
-    return GazeMap(config, front_end, encoder, model, gallery, bounds, sources, name)
-
-
-def _odds(seen: Verdict) -> float:
-    """That any of the rivals is right, against the winner."""
-    return float(sum(np.exp(-behind) for *_, behind in seen.rivals))
+        readout = learn(drives)
+        bounds = calibrated(drives, learn, config.coverage)
+    return GazeMap(config, front_end, readout, bounds, tuple(drive.session.source for drive in drives), name)

@@ -1,11 +1,12 @@
 """What a map of gazes may promise: drives are left out in turn, and parts of their horizon are covered.
 
-A single drive cannot tell what another light will do; every third of its frames is held out then.
+A single drive cannot tell what another light will do; every third of its frames is held out then. Few patches can err
+together more easily than many, so that every number of patches has bounds of its own.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,16 +14,16 @@ from numpy.typing import NDArray
 
 from andante.angles import wrapped
 from andante.data import FloatArray
-from andante.features import PatchEncoder
-from andante.mapping.gaze_config import GazeConfig
-from andante.mapping.gaze_lesson import GazeDrive, gallery_of, learn_gaze
-from andante.mapping.gaze_votes import Rules, Verdict, verdict
+from andante.mapping.gaze_lesson import GazeDrive
+from andante.mapping.gaze_readout import GazeReadout, spaced_azimuths
+from andante.mapping.gaze_votes import Verdict
 from andante.mapping.uncertainty import LEAST_OFF_RAD, conformal_factor
 
-FLOOR_M = 0.03
-"""No position is told more finely than this, before calibration."""
+COUNTS = (1, 3, 8, 24)
+"""Of patches that are tried."""
 _COVERED = (0.0, 0.25, 0.5)
-_TRIED_FRAMES = 40
+_TRIED_FRAMES = 120
+"""Of all drives together."""
 _ANOTHER_DRIVE = 1.8
 """How much larger errors are on another drive than between the frames of one, as for whole images."""
 _WRONG_M = 1.0
@@ -32,12 +33,13 @@ _OK_WRONG, _DEGRADED_WRONG = 0.01, 0.1
 
 @dataclass(frozen=True, slots=True)
 class GazeBounds:
-    """An estimate is lost below one margin and degraded below another.
+    """What holds for estimates of at least so many ``patches``: lost below one margin, degraded below another.
 
-    ``radius_factor`` times the deviation of a verdict (and ``FLOOR_M``) holds the truth for the configured share of
-    held-out frames that are not lost; ``heading_rad`` holds their heading.
+    ``radius_factor`` times the deviation of a verdict holds the truth for the configured share of held-out frames that
+    are not lost, ``heading_rad`` their heading.
     """
 
+    patches: int
     lost_below: float
     degraded_below: float
     radius_factor: float
@@ -48,37 +50,38 @@ class GazeBounds:
         return self.radius_factor * sigma_of(seen)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Tried:
-    """Held-out frames (n,): margin, error in metres, deviation, and error of the heading in radians."""
+@dataclass(frozen=True, slots=True)
+class _Try:
+    """One held-out frame: errors in metres and radians, deviation and margin of what was said."""
 
-    margin: FloatArray
-    error: FloatArray
-    sigma: FloatArray
-    turn: FloatArray
+    margin: float
+    sigma_m: float
+    error_m: float
+    turn_rad: float
+
+
+Learn = Callable[[Sequence[GazeDrive]], GazeReadout]
 
 
 def sigma_of(seen: Verdict) -> float:
     """The expected error in metres of a verdict, before calibration."""
-    return float(np.sqrt(np.trace(seen.covariance) + FLOOR_M**2))
+    return float(np.sqrt(np.trace(seen.covariance)))
 
 
-def calibrated(drives: Sequence[GazeDrive], encoder: PatchEncoder, config: GazeConfig, rules: Rules) -> GazeBounds:
-    """Learn from all drives but one, look from that one, for every drive."""
+def calibrated(drives: Sequence[GazeDrive], learn: Learn, coverage: float) -> tuple[GazeBounds, ...]:
+    """Learn from all drives but one and look from that one, for every drive; bounds by rising number of patches."""
     rng = np.random.default_rng(0)
-    rows = [
-        row for held_in, held_out in _folds(drives) for row in _tried(held_in, held_out, encoder, config, rules, rng)
-    ]
-    tried = _Tried(*np.array(rows).T)
-    wrong = tried.error > _WRONG_M
-    lost, degraded = (least_margin(tried.margin, wrong, share) for share in (_DEGRADED_WRONG, _OK_WRONG))
-    kept = (tried.margin >= lost) & ~wrong
-    if not kept.any():
-        kept[:] = True
+    tries: dict[int, list[_Try]] = {count: [] for count in COUNTS}
+    for held_in, held_out in _folds(drives):
+        readout = learn(held_in)
+        shown = np.linspace(0, len(held_out) - 1, -(-_TRIED_FRAMES // len(drives))).astype(int)
+        for number, frame in enumerate(np.unique(shown).tolist()):
+            fields = covered(held_out.fields, frame, _COVERED[number % len(_COVERED)], rng)
+            for count in COUNTS:
+                seen = readout.look(fields, spaced_azimuths(count, rng.uniform(-np.pi, np.pi)))
+                tries[count].append(_tried(seen, held_out.poses[frame]))
     unseen = _ANOTHER_DRIVE if len(drives) == 1 else 1.0
-    factor = conformal_factor(tried.error[kept], tried.sigma[kept], config.coverage)
-    turn = float(np.quantile(tried.turn[kept], config.coverage))
-    return GazeBounds(lost, degraded, unseen * factor, max(LEAST_OFF_RAD, unseen * turn))
+    return tuple(_bounds(count, tried, unseen, coverage) for count, tried in tries.items())
 
 
 def least_margin(margin: FloatArray, wrong: NDArray[np.bool_], share: float) -> float:
@@ -90,6 +93,15 @@ def least_margin(margin: FloatArray, wrong: NDArray[np.bool_], share: float) -> 
     return float(margin[order[good[-1]]]) if len(good) else float(np.nextafter(margin.max(), np.inf))
 
 
+def covered(fields: NDArray[np.float32], frame: int, share: float, rng: np.random.Generator) -> NDArray[np.float32]:
+    """One of the fields (n, width, channels) with a part of its horizon from another: other things stand before it."""
+    width = fields.shape[1]
+    columns = (int(rng.integers(width)) + np.arange(round(share * width))) % width
+    result: NDArray[np.float32] = fields[frame].copy()
+    result[columns] = fields[int(rng.integers(len(fields)))][(columns + int(rng.integers(width))) % width]
+    return result
+
+
 def _folds(drives: Sequence[GazeDrive]) -> Iterator[tuple[list[GazeDrive], GazeDrive]]:
     if len(drives) > 1:
         for number, held_out in enumerate(drives):
@@ -99,34 +111,19 @@ def _folds(drives: Sequence[GazeDrive]) -> Iterator[tuple[list[GazeDrive], GazeD
         yield [drives[0].subset(~third)], drives[0].subset(third)
 
 
-def _tried(
-    held_in: list[GazeDrive],
-    held_out: GazeDrive,
-    encoder: PatchEncoder,
-    config: GazeConfig,
-    rules: Rules,
-    rng: np.random.Generator,
-) -> Iterator[tuple[float, float, float, float]]:
-    model = learn_gaze(held_in, encoder, config)
-    gallery = gallery_of(held_in, encoder, model, config)
-    chosen = np.unique(np.linspace(0, len(held_out) - 1, _TRIED_FRAMES).astype(int))
-    azimuth = 2 * np.pi * np.arange(config.patches) / config.patches
-    for number, frame in enumerate(chosen.tolist()):
-        fields = covered(held_out.fields[frame], _COVERED[number % len(_COVERED)], held_out.fields, rng)
-        slow = model.transform(encoder.cut(fields[None], azimuth[None])[0])
-        seen = verdict(gallery, slow, azimuth, rules)
-        x, y, heading = held_out.poses[frame]
-        error = float(np.hypot(*(seen.xy - (x, y))))
-        yield seen.margin, error, sigma_of(seen), abs(wrapped(seen.heading_rad - heading))
+def _tried(seen: Verdict, pose: FloatArray) -> _Try:
+    error = float(np.linalg.norm(seen.xy - pose[:2]))
+    return _Try(seen.margin, sigma_of(seen), error, abs(wrapped(seen.heading_rad - float(pose[2]))))
 
 
-def covered(
-    fields: NDArray[np.float32], share: float, others: NDArray[np.float32], rng: np.random.Generator
-) -> NDArray[np.float32]:
-    """Fields (width, channels) with a part of the horizon taken from elsewhere: other things stand before it."""
-    width = len(fields)
-    columns = (int(rng.integers(width)) + np.arange(round(share * width))) % width
-    other = others[int(rng.integers(len(others)))]
-    result = fields.copy()
-    result[columns] = other[(columns + int(rng.integers(width))) % width]
-    return result
+def _bounds(patches: int, tried: Sequence[_Try], unseen: float, coverage: float) -> GazeBounds:
+    margin, error = np.array([one.margin for one in tried]), np.array([one.error_m for one in tried])
+    sigma, turn = np.array([one.sigma_m for one in tried]), np.array([one.turn_rad for one in tried])
+    wrong = error > _WRONG_M
+    lost, degraded = (least_margin(margin, wrong, share) for share in (_DEGRADED_WRONG, _OK_WRONG))
+    kept = margin >= lost
+    # Where nothing may be answered, no radius is ever asked for.
+    kept = kept if kept.any() else ~kept
+    factor = unseen * conformal_factor(error[kept], sigma[kept], coverage)
+    heading = max(LEAST_OFF_RAD, unseen * float(np.quantile(turn[kept], coverage)))
+    return GazeBounds(patches, lost, degraded, factor, heading)

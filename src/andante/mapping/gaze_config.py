@@ -32,7 +32,7 @@ class GazeConfig(BaseModel):
     representation: Literal["slow", "principal"] = "slow"
     principal_components: Annotated[int, Field(ge=1)] = 150
     slow_features: Annotated[int, Field(ge=1)] = 80
-    strides: tuple[Annotated[int, Field(ge=1)], ...] = (1,)
+    strides: tuple[Annotated[int, Field(ge=1)], ...] = (1, 10, 30, 100)
     step_weight: Annotated[float, Field(ge=0)] = 0.3
     ridge: Annotated[float, Field(ge=0)] = 0.01
     edge_ridge: Annotated[float, Field(ge=0)] = 0.0

@@ -14,7 +14,8 @@ from andante.features import PatchEncoder, PhaseEncoder
 from andante.mapping.config import MapConfig
 from andante.mapping.frontend import FrontEnd
 from andante.mapping.gaze_config import GazeConfig
-from andante.mapping.gaze_votes import Gallery
+from andante.mapping.gaze_readout import GazeModel, GazeReadout
+from andante.mapping.gaze_votes import Gallery, Rules
 from andante.mapping.memory import MappedSession
 from andante.mapping.sessions import Progress, read_session
 from andante.mapping.stereo import COLUMNS, sweep
@@ -25,6 +26,7 @@ from andante.sfa import PCA, AffineModel, Moments, solve_slow
 
 _CHUNK_FRAMES = 64
 _PCA_PATCHES = 20_000
+_LEAST_DELTA = 1e-12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,19 +50,6 @@ class GazeDrive:
         return GazeDrive(self.session.subset(chosen), self.poses[chosen], self.fields[chosen], self.distance_m[chosen])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class GazeModel:
-    """Patches (n, dim) -> slow features (n, k): an affine model and the ``metric`` (k,) in which they are compared."""
-
-    model: AffineModel
-    metric: FloatArray
-
-    def transform(self, patches: NDArray[np.float32]) -> NDArray[np.float32]:
-        """(n, dim) -> (n, k) float32, each feature with unit noise along the edges."""
-        weights = (self.model.weights * self.metric).astype(np.float32)
-        return np.asarray((patches - self.model.mean.astype(np.float32)) @ weights, dtype=np.float32)
-
-
 def read_drive(
     recording: Recording,
     front_end: FrontEnd,
@@ -77,7 +66,7 @@ def read_drive(
 
     session = read_session(recording, front_end, config.positions, MapConfig(), take, progress=progress)
     poses = session.poses
-    known = np.isfinite(poses).all(axis=1)
+    known: NDArray[np.bool_] = np.asarray(np.isfinite(poses).all(axis=1))
     if not known.any():
         raise RecordingError(
             f"recording {recording.name!r} has no headings; to know where a patch looks, a map of gazes needs "
@@ -123,14 +112,14 @@ def learn_gaze(drives: Sequence[GazeDrive], encoder: PatchEncoder, config: GazeC
     pca = PCA.of(Moments.of(np.concatenate([part[::step] for part in patches])), config.principal_components)
     if config.representation == "principal":
         model = AffineModel(pca.mean, pca.components, np.ones(pca.output_dim), pca.output_dim, pca.rank_tolerance)
-        return GazeModel(model, np.ones(pca.output_dim))
+        return GazeModel.of(model, np.ones(pca.output_dim))
     reduced = np.concatenate([(part - pca.mean) @ pca.components for part in patches])
     moments = Moments.of(reduced, gazes_of(drives, config))
     slow_features = min(config.slow_features, pca.output_dim)
     slow = solve_slow(moments, slow_features, ridge=config.ridge, edge_ridge=config.edge_ridge)
     noise = config.edge_ridge * float(np.trace(moments.edge_covariance)) / moments.dim
     deltas = slow.deltas + noise * (slow.weights**2).sum(axis=0)
-    return GazeModel(slow.after(pca), 1 / np.sqrt(np.maximum(deltas, 1e-12)))
+    return GazeModel.of(slow.after(pca), 1 / np.sqrt(np.maximum(deltas, _LEAST_DELTA)))
 
 
 def gazes_of(drives: Sequence[GazeDrive], config: GazeConfig) -> Edges:
@@ -158,3 +147,10 @@ def gallery_of(drives: Sequence[GazeDrive], encoder: PatchEncoder, model: GazeMo
     parts = [drive.subset(kept[session == number]) for number, drive in enumerate(drives)]
     slow = [model.transform(region_patches(one, encoder, config.regions).reshape(-1, encoder.dim)) for one in parts]
     return Gallery(np.concatenate(slow).reshape(kept.sum(), config.regions, -1), xy[kept])
+
+
+def learn_readout(drives: Sequence[GazeDrive], encoder: PatchEncoder, config: GazeConfig) -> GazeReadout:
+    """All that is needed to look at patches; raises ``LearningError`` for too few of them."""
+    model = learn_gaze(drives, encoder, config)
+    rules = Rules(config.sharpness, config.outlier_share, config.consensus_m, config.width_deg)
+    return GazeReadout(encoder, model, gallery_of(drives, encoder, model, config), rules)

@@ -16,13 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andante.angles import wrapped
-from andante.data import FloatArray
+from andante.data import FloatArray, Hypothesis
 from andante.errors import ArrayError
 from andante.features.phase import summit
 from andante.sequences.gaze import region_azimuths
 
 _TAU = 2 * np.pi
 _TINY = 1e-9
+_RIVALS = 3
+_LEAST_M = 0.02
+"""No position is told more finely along an axis."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +51,7 @@ class Verdict:
     ``xy`` (2,) metres with ``covariance`` (2, 2), uncalibrated; ``heading_rad`` of the robot. ``margin`` is how much
     more speaks for this place and heading than for any place beyond the consensus, in natural logarithms. ``support``
     (m,) says for each patch from 0 to 1 how well its own best match agrees, ``clarity`` (m,) how much it has to say.
-    ``rivals`` are (x, y, heading, margin) of the next best places, whose margins are below that of the winner.
+    ``hypotheses`` are this place and the next best ones.
     """
 
     xy: FloatArray
@@ -57,7 +60,7 @@ class Verdict:
     margin: float
     support: FloatArray
     clarity: FloatArray
-    rivals: tuple[tuple[float, float, float, float], ...] = ()
+    hypotheses: tuple[Hypothesis, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,17 +112,24 @@ def verdict(
     score = overlap * np.tensordot(clarity, heard, axes=1)
     frame, turn = divmod(int(score.argmax()), gallery.regions)
     weight = _around(gallery.xy, score, frame, turn, rules.consensus_m)
-    xy = weight @ gallery.xy
+    xy, heading = weight @ gallery.xy, _heading(score[frame], turn)
     offset = gallery.xy - xy
-    margin, rivals = _rivals(gallery.xy, score, frame, rules.consensus_m)
+    rivals = _rivals(gallery.xy, score, frame, rules.consensus_m)
+    share = np.exp([0.0, *(-behind for behind, _, _ in rivals)])
+    spots = [xy.tolist(), *(gallery.xy[rival].tolist() for _, rival, _ in rivals)]
+    headings = [heading, *region_azimuths(gallery.regions)[[turn for *_, turn in rivals]].tolist()]
     return Verdict(
         xy=xy,
-        covariance=(weight[:, None] * offset).T @ offset,
-        heading_rad=_heading(score[frame], turn),
-        margin=margin,
+        covariance=(weight[:, None] * offset).T @ offset + np.eye(2) * _LEAST_M**2,
+        heading_rad=heading,
+        # Where all that was mapped is one place, there is nothing to mistake it for.
+        margin=rivals[0][0] if rivals else np.inf,
         support=_support(heard[:, frame, turn], rules),
         clarity=clarity,
-        rivals=rivals,
+        hypotheses=tuple(
+            Hypothesis(x, y, float(part), angle)
+            for (x, y), part, angle in zip(spots, share / share.sum(), headings, strict=True)
+        ),
     )
 
 
@@ -161,19 +171,16 @@ def _heading(curve: FloatArray, turn: int) -> float:
     return wrapped(float(np.pi - _TAU * (turn + aside + 0.5) / regions))
 
 
-def _rivals(
-    xy: FloatArray, score: FloatArray, frame: int, consensus_m: float, most: int = 3
-) -> tuple[float, tuple[tuple[float, float, float, float], ...]]:
-    """By how much the winner beats the best place beyond its consensus, and the best few places beyond."""
+def _rivals(xy: FloatArray, score: FloatArray, frame: int, consensus_m: float) -> list[tuple[float, int, int]]:
+    """The best places beyond the winner's consensus, and each other's: (by how much it is worse, frame, heading)."""
     best, turn = score.max(axis=1), score.argmax(axis=1)
-    left, found = np.linalg.norm(xy - xy[frame], axis=1) > consensus_m, []
-    azimuths = region_azimuths(score.shape[1])
-    while left.any() and len(found) < most:
+    left = np.linalg.norm(xy - xy[frame], axis=1) > consensus_m
+    found = list[tuple[float, int, int]]()
+    while left.any() and len(found) < _RIVALS:
         rival = int(np.where(left, best, -np.inf).argmax())
-        found.append((*xy[rival].tolist(), float(azimuths[turn[rival]]), float(best[frame] - best[rival])))
+        found.append((float(best[frame] - best[rival]), rival, int(turn[rival])))
         left &= np.linalg.norm(xy - xy[rival], axis=1) > consensus_m
-    # Where all that was mapped is one place, there is nothing to mistake it for.
-    return (found[0][3] if found else np.inf), tuple(found)
+    return found
 
 
 def _support(heard: NDArray[np.float32], rules: Rules) -> FloatArray:

@@ -3,9 +3,8 @@
 A panorama is cut into regions all around. While the robot drives on, its gaze stays on one thing: the region that shows
 the thing now belongs together with the one that shows it a little later, or on another day from the same place. Then
 the gaze steps to the neighbouring region, until the whole horizon is covered. The thesis follows one region with a
-tracker, which drifts; here the position of the thing that a region shows is known, at least roughly (as from
-``andante.mapping.stereo``), and with it the direction in which any other frame sees it. No chain is followed, so nothing
-adds up.
+tracker, which drifts; here it is known, at least roughly, where the thing stands that a region shows (a plane sweep
+tells), and with it the direction in which any other frame sees it. No chain is followed, so nothing adds up.
 
 Samples are regions of frames: region k of frame f of K regions is number f K + k. Directions are those of panoramas at
 heading zero: region k looks at azimuth pi - 2 pi (k + 0.5) / K, counter-clockwise from x.
@@ -49,10 +48,11 @@ def gaze_edges(
 
     ``xy_m`` (n, 2) are positions in one common frame, ``gaze_m`` (n, K, 2) the points that regions look at, NaN where
     unknown: from such a region no gaze is followed. ``session`` (n,) numbers the recordings, whose frames follow each
-    other. A gaze is followed over each number of frames in ``strides``, and to the nearest frame of every other session
-    that is at most ``radius_m`` away; such edges weigh 1. Every region is joined with its neighbour to the right in the
-    same frame by an edge of ``step_weight``; 0 leaves these out. Raises ``ArrayError`` for other shapes, ``ConfigError``
-    for a stride, radius or weight out of range.
+    other. A gaze is followed over each number of frames in ``strides``: the longer these are, the faster the position
+    changes against the gaze. It is followed as well to the nearest frame of every other session that is at most
+    ``radius_m`` away; all such edges weigh 1. Every region is joined with its neighbour to the right in the same frame
+    by an edge of ``step_weight``; 0 leaves these out. Raises ``ArrayError`` for other shapes, ``ConfigError`` for a
+    stride, radius or weight out of range.
     """
     xy, gaze, numbers = (np.asarray(xy_m, np.float64), np.asarray(gaze_m, np.float64), np.asarray(session))
     _check(xy, gaze, numbers)
@@ -64,7 +64,7 @@ def gaze_edges(
         raise ConfigError(f"step_weight={step_weight}: has to be a finite number >= 0")
     pairs = [*_along(numbers, strides), *(_across(xy, numbers, radius_m) if radius_m else ())]
     followed = [_followed(xy, gaze, first, second) for first, second in pairs]
-    return Edges.joined([*followed, _steps(*gaze.shape[:2], step_weight)])
+    return Edges.joined([*followed, _steps(gaze.shape[0], gaze.shape[1], step_weight)])
 
 
 def _check(xy: FloatArray, gaze: FloatArray, session: NDArray[np.generic]) -> None:
@@ -95,8 +95,8 @@ def _across(xy: FloatArray, session: NDArray[np.generic], radius_m: float) -> It
         frames = np.concatenate([np.empty(0, np.int64), *drives[:number], *drives[number + 1 :]])
         if len(frames):
             distance, found = KDTree(xy[others]).query(xy[frames])
-            near = distance <= radius_m
-            yield frames[near], others[found[near]]
+            near = np.asarray(distance) <= radius_m
+            yield frames[near], others[np.asarray(found)[near]]
 
 
 def _followed(xy: FloatArray, gaze: FloatArray, first: IndexArray, second: IndexArray) -> Edges:
