@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
@@ -43,6 +44,19 @@ class GazeMap:
     sources: tuple[Source, ...]
     name: str = "gaze"
 
+    @classmethod
+    def load(cls, path: str | Path) -> GazeMap:
+        """Read a file of ``save``; raises ``MapError`` for anything else."""
+        from andante.mapping.gaze_file import read_gaze_map
+
+        return read_gaze_map(path)
+
+    def save(self, path: str | Path) -> int:
+        """Write the map atomically and return its size in bytes; raises ``MapError`` where that fails."""
+        from andante.mapping.gaze_file import write_gaze_map
+
+        return write_gaze_map(self, path)
+
     def localize(self, image: ImageArray) -> Estimate:
         """Where an image was taken, by patches all around: grey (height, width) or BGR (height, width, 3) uint8.
 
@@ -72,11 +86,12 @@ class GazeMap:
         agree = int((seen.support >= _AGREES).sum())
         told = f"{agree} of {len(seen.support)} patches agree, by a margin of {seen.margin:.1f}"
         likeness = float(seen.clarity @ seen.support / len(seen.support))
-        if seen.margin < bounds.lost_below:
+        status = bounds.status(seen)
+        if status is Status.LOST:
             reason = f"the patches do not agree on one place: {told}, at least {bounds.lost_below:.1f} is needed"
             return Estimate(Status.LOST, reason, likeness=likeness, hypotheses=seen.hypotheses)
         return Estimate(
-            Status.OK if seen.margin >= bounds.degraded_below else Status.DEGRADED,
+            status,
             told,
             x_m=float(seen.xy[0]),
             y_m=float(seen.xy[1]),
@@ -117,15 +132,20 @@ def build_gaze_map(
             "recordings with x_m, y_m and heading_rad"
         )
     front_end = FrontEnd(*camera_and_size(recordings[0]), config.panorama, FeatureConfig())
-    if front_end.phase_encoder is None:
-        raise ConfigError(
-            f"a map of gazes needs a camera that looks all around, that of {recordings[0].name!r} is "
-            f"{front_end.camera.model}; use andante map for it"
-        )
-    encoder = PatchEncoder(*front_end.panorama_shape, config.width_deg, config.cell_deg)
+    encoder = patch_encoder(front_end, config)
     drives = [read_drive(one, front_end, encoder, config, progress=progress) for one in recordings]
     require_distinct([drive.session for drive in drives])
     return learn_gaze_map(drives, front_end, encoder, config, name=name)
+
+
+def patch_encoder(front_end: FrontEnd, config: GazeConfig) -> PatchEncoder:
+    """What describes patches of a camera; raises ``ConfigError`` for one that does not look all around."""
+    if front_end.phase_encoder is None:
+        raise ConfigError(
+            f"a map of gazes needs a camera that looks all around, this one is {front_end.camera.model}; use andante "
+            "map for it"
+        )
+    return PatchEncoder(*front_end.panorama_shape, config.width_deg, config.cell_deg)
 
 
 def learn_gaze_map(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andante.angles import wrapped
-from andante.data import FloatArray
+from andante.data import FloatArray, Status
 from andante.mapping.gaze_lesson import GazeDrive
 from andante.mapping.gaze_readout import GazeReadout, spaced_azimuths
 from andante.mapping.gaze_votes import Verdict
@@ -22,7 +22,7 @@ from andante.mapping.uncertainty import LEAST_OFF_RAD, conformal_factor
 COUNTS = (1, 3, 8, 24)
 """Of patches that are tried."""
 _COVERED = (0.0, 0.25, 0.5)
-_TRIED_FRAMES = 120
+_TRIED_FRAMES = 90
 """Of all drives together."""
 _ANOTHER_DRIVE = 1.8
 """How much larger errors are on another drive than between the frames of one, as for whole images."""
@@ -35,19 +35,26 @@ _OK_WRONG, _DEGRADED_WRONG = 0.01, 0.1
 class GazeBounds:
     """What holds for estimates of at least so many ``patches``: lost below one margin, degraded below another.
 
-    ``radius_factor`` times the deviation of a verdict holds the truth for the configured share of held-out frames that
-    are not lost, ``heading_rad`` their heading.
+    ``ok_factor`` times the deviation of a verdict holds the truth for the configured share of held-out frames that are
+    ok, ``degraded_factor`` for that of all which are not lost, and ``heading_rad`` their heading.
     """
 
     patches: int
     lost_below: float
     degraded_below: float
-    radius_factor: float
+    ok_factor: float
+    degraded_factor: float
     heading_rad: float
+
+    def status(self, seen: Verdict) -> Status:
+        """How far a verdict can be believed."""
+        if seen.margin < self.lost_below:
+            return Status.LOST
+        return Status.OK if seen.margin >= self.degraded_below else Status.DEGRADED
 
     def radius_m(self, seen: Verdict) -> float:
         """The calibrated radius of a verdict."""
-        return self.radius_factor * sigma_of(seen)
+        return (self.ok_factor if seen.margin >= self.degraded_below else self.degraded_factor) * sigma_of(seen)
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,9 +128,8 @@ def _bounds(patches: int, tried: Sequence[_Try], unseen: float, coverage: float)
     sigma, turn = np.array([one.sigma_m for one in tried]), np.array([one.turn_rad for one in tried])
     wrong = error > _WRONG_M
     lost, degraded = (least_margin(margin, wrong, share) for share in (_DEGRADED_WRONG, _OK_WRONG))
-    kept = margin >= lost
-    # Where nothing may be answered, no radius is ever asked for.
-    kept = kept if kept.any() else ~kept
-    factor = unseen * conformal_factor(error[kept], sigma[kept], coverage)
-    heading = max(LEAST_OFF_RAD, unseen * float(np.quantile(turn[kept], coverage)))
-    return GazeBounds(patches, lost, degraded, factor, heading)
+    # Where nothing is ever ok or answered, no radius is asked for either.
+    ok, answered = (np.where(margin >= least, True, not (margin >= least).any()) for least in (degraded, lost))
+    ok_factor, factor = (unseen * conformal_factor(error[kept], sigma[kept], coverage) for kept in (ok, answered))
+    heading = max(LEAST_OFF_RAD, unseen * float(np.quantile(turn[answered], coverage)))
+    return GazeBounds(patches, lost, degraded, ok_factor, factor, heading)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from andante.data import Edges, FloatArray, ImageArray, IndexArray
 from andante.errors import LearningError, RecordingError
 from andante.features import PatchEncoder, PhaseEncoder
+from andante.mapping.codes import Codes
 from andante.mapping.config import MapConfig
 from andante.mapping.frontend import FrontEnd
 from andante.mapping.gaze_config import GazeConfig
@@ -146,11 +147,17 @@ def gallery_of(drives: Sequence[GazeDrive], encoder: PatchEncoder, model: GazeMo
     kept[thinned_by_place(xy, session, config.max_frames)] = True
     parts = [drive.subset(kept[session == number]) for number, drive in enumerate(drives)]
     slow = [model.transform(region_patches(one, encoder, config.regions).reshape(-1, encoder.dim)) for one in parts]
-    return Gallery(np.concatenate(slow).reshape(kept.sum(), config.regions, -1), xy[kept])
+    # As a file keeps them, so that a map that was loaded says the same as before.
+    kept_slow = Codes.of(np.concatenate(slow)).rows()
+    return Gallery(kept_slow.reshape(len(xy[kept]), config.regions, -1), xy[kept])
 
 
 def learn_readout(drives: Sequence[GazeDrive], encoder: PatchEncoder, config: GazeConfig) -> GazeReadout:
     """All that is needed to look at patches; raises ``LearningError`` for too few of them."""
     model = learn_gaze(drives, encoder, config)
-    rules = Rules(config.sharpness, config.outlier_share, config.consensus_m, config.width_deg)
-    return GazeReadout(encoder, model, gallery_of(drives, encoder, model, config), rules)
+    return GazeReadout(encoder, model, gallery_of(drives, encoder, model, config), rules_of(config))
+
+
+def rules_of(config: GazeConfig) -> Rules:
+    """The part of a configuration that says how patches vote."""
+    return Rules(config.sharpness, config.outlier_share, config.consensus_m, config.width_deg)
