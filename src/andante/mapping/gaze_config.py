@@ -37,7 +37,7 @@ class GazeConfig(BaseModel):
     ridge: Annotated[float, Field(ge=0)] = 0.01
     edge_ridge: Annotated[float, Field(ge=0)] = 0.0
     max_frames: Annotated[int, Field(ge=8)] = 1000
-    sharpness: Annotated[float, Field(gt=0)] = 8.0
+    sharpness: Annotated[float, Field(gt=0)] = 5.0
     outlier_share: Share = 0.01
     consensus_m: Annotated[float, Field(gt=0)] = 0.8
     patches: Annotated[int, Field(ge=1, le=360)] = 24

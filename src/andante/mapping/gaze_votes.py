@@ -24,6 +24,8 @@ from andante.sequences.gaze import region_azimuths
 _TAU = 2 * np.pi
 _TINY = 1e-9
 _RIVALS = 3
+_INDEPENDENT = 0.6
+"""Of what patches say of neighbouring frames: what moves one match astray moves others with it."""
 _LEAST_M = 0.02
 """No position is told more finely along an axis."""
 
@@ -38,7 +40,7 @@ class Rules:
     that overlap see the same things twice and count for less.
     """
 
-    sharpness: float = 8.0
+    sharpness: float = 5.0
     outlier_share: float = 0.01
     consensus_m: float = 0.8
     width_deg: float = 48.0
@@ -158,7 +160,7 @@ def _around(xy: FloatArray, score: FloatArray, frame: int, turn: int, consensus_
     """Weights (F,) of the frames that agree with the winner: near it and under about its heading."""
     about = np.take(score, [turn - 1, turn, turn + 1], axis=1, mode="wrap").max(axis=1)
     near = np.linalg.norm(xy - xy[frame], axis=1) <= consensus_m
-    weight = np.where(near, np.exp(about - about[frame]), 0.0)
+    weight = np.where(near, np.exp(_INDEPENDENT * (about - about[frame])), 0.0)
     total: FloatArray = weight / weight.sum()
     return total
 

@@ -27,8 +27,14 @@ from andante.protocols import Localizer, Recording
 from andante.sfa import one_thread
 from andante.simulator import SimulatedRecording
 
-SHARES = (0.0, 0.25, 0.5)
-"""Of the horizon that are hidden."""
+ELSEWHERE = "elsewhere"
+HIDDEN = {
+    "nothing hidden": (0.0, tuple(COVERS)),
+    "25 % hidden": (0.25, tuple(COVERS)),
+    "50 % hidden": (0.5, tuple(COVERS)),
+    "25 % from another place": (0.25, (ELSEWHERE,)),
+}
+"""The share of the horizon that is hidden, and by what in turn."""
 PATCHES = (1, 3, 8, 24)
 NEIGHBOUR_PATCHES = (3, 24)
 MOVED = "moved objects"
@@ -39,8 +45,8 @@ _NEIGHBOUR = GazeConfig(representation="principal")
 _NOTES = (
     "patches are evenly spaced around a random direction of the camera; one patch of a half-hidden horizon is hidden "
     "every other time; errors are those of the best hypothesis of every frame, whatever its status",
-    "what is hidden is one sector of the image, in turn by a grey board, by a hedge, and by what the camera saw there "
-    "elsewhere in the garden",
+    "what is hidden is one sector of the image, in turn by a grey board and by a hedge; or it shows what the camera saw "
+    "there from elsewhere in the mapped garden, which looks like a place of the map and is the wrong one",
     "principal components are what slow features are made of: the honest neighbour",
 )
 
@@ -94,7 +100,7 @@ def _told(bench: Bench, train: Sequence[str], test: str, seed: int) -> Mapping[s
         "contender": ANDANTE.key,
         "configs": [GazeConfig().model_dump(mode="json"), _NEIGHBOUR.model_dump(mode="json")],
         "patches": [*PATCHES, *NEIGHBOUR_PATCHES],
-        "shares": list(SHARES),
+        "hidden": {what: [share, list(covers)] for what, (share, covers) in HIDDEN.items()},
         "seed": seed,
         "code": code_hash(tracking=True),
     }
@@ -114,8 +120,8 @@ def _asked(bench: Bench, train: Sequence[str], test: str, seed: int) -> dict[str
     asks[WHOLE] = asking_whole(learned(bench, train))
     unseen = bench.recording(test)
     told = {
-        f"{share:.0%} hidden": _answers(asks, unseen, hidden_pictures(unseen, mapped[0], share, seed), seed)
-        for share in SHARES
+        what: _answers(asks, unseen, hidden_pictures(unseen, share, covers, other=mapped[0], seed=seed), seed)
+        for what, (share, covers) in HIDDEN.items()
     }
     changed = bench.beside(with_moved_objects(bench.plan, test))
     moved = changed.recording(changed.plan.sessions[0].name)
@@ -123,14 +129,16 @@ def _asked(bench: Bench, train: Sequence[str], test: str, seed: int) -> dict[str
     return told
 
 
-def hidden_pictures(recording: Recording, other: Recording, share: float, seed: int) -> list[ImageArray]:
-    """All pictures of a recording, grey, with a share of the horizon hidden; partly by pictures of the ``other``."""
+def hidden_pictures(
+    recording: Recording, share: float, covers: Sequence[str], *, other: Recording, seed: int
+) -> list[ImageArray]:
+    """All pictures of a recording, grey, a share of the horizon hidden; ``ELSEWHERE`` is a frame of the ``other``."""
     rng = np.random.default_rng([seed, _GAZE])
     pictures = list[ImageArray]()
     for frame in recording.frames():
-        elsewhere = other.load(other.infos[int(rng.integers(len(other.infos)))])
-        covers: tuple[Cover | ImageArray, ...] = (*COVERS.values(), elsewhere)
-        cover = covers[frame.info.index % len(covers)]
+        name = covers[frame.info.index % len(covers)]
+        elsewhere = other.infos[int(rng.integers(len(other.infos)))]
+        cover: Cover | ImageArray = other.load(elsewhere) if name == ELSEWHERE else COVERS[name]
         pictures.append(hidden_sector(frame.image, recording.camera, share, rng=rng, cover=cover))
     return pictures
 

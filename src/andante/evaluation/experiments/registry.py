@@ -96,9 +96,9 @@ EXPERIMENTS = (
     ),
     Experiment(
         name="gaze",
-        title="Position from any patch, with a part of the horizon hidden",
+        title="Position from any patch of an image",
         source="7.6, figures 7.13 to 7.16",
-        thesis="median 0.17 m with three patches, 0.20 m with three learned landmarks",
+        thesis="median 0.17 m with three patches",
         plan=long_term_plan,
         run=run_gaze,
         small=Scale(frames=150, image_px=240, sessions=4, permutations=2),
