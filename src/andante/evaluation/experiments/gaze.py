@@ -45,7 +45,7 @@ _NEIGHBOUR = GazeConfig(representation="principal")
 _NOTES = (
     "patches are evenly spaced around a random direction of the camera; one patch of a half-hidden horizon is hidden "
     "every other time; errors are those of the best hypothesis of every frame, whatever its status",
-    "what is hidden is one sector of the image, in turn by a grey board and by a hedge; or it shows what the camera saw "
+    "what is hidden is one sector of the image, in turn by a grey board and by a hedge, or by what the camera saw "
     "there from elsewhere in the mapped garden, which looks like a place of the map and is the wrong one",
     "principal components are what slow features are made of: the honest neighbour",
 )
