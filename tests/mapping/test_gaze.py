@@ -92,6 +92,15 @@ def test_a_robot_that_turns_on_the_spot_stays_where_it_is(gaze, garden):
     assert abs(np.angle(np.exp(1j * (turned.heading_rad - told.heading_rad - np.pi / 2)))) < 1e-3
 
 
+def test_away_from_the_drives_known_things_tell_the_place(gaze, garden):
+    errors = []
+    for x, y in ((0, 0), (1, 0.5), (-1.5, -0.5), (0.5, -1.2)):
+        panorama = garden.panorama((x, y, 0.8))
+        found = gaze.resect(panorama, spaced_azimuths(24))
+        errors.append(np.hypot(*(found.xy - (x, y))))
+    assert np.median(errors) < 1.0
+
+
 def test_the_same_recordings_give_the_same_map(gaze, days):
     again = build_gaze_map(days, SMALL)
     np.testing.assert_array_equal(again.readout.gallery.slow, gaze.readout.gallery.slow)

@@ -21,7 +21,8 @@ def gallery():
     rng = np.random.default_rng(0)
     slow = rng.normal(size=(FRAMES + 2, K, DIM))
     slow = (slow[:-2] + slow[1:-1] + slow[2:]).astype(np.float32)
-    return Gallery(slow, np.stack([np.arange(FRAMES) * 0.2, np.zeros(FRAMES)], axis=1))
+    xy = np.stack([np.arange(FRAMES) * 0.2, np.zeros(FRAMES)], axis=1)
+    return Gallery(slow, xy, np.full((FRAMES, K, 2), np.nan))
 
 
 @pytest.fixture
@@ -124,4 +125,4 @@ def test_bad_input(gallery, seen):
     with pytest.raises(ArrayError, match=r"got 2 patches and \(1,\)"):
         verdict(gallery, slow, azimuth[:1], RULES)
     with pytest.raises(ArrayError, match=r"a gallery needs slow features \(frames, regions, k\)"):
-        Gallery(gallery.slow, gallery.xy[:3])
+        Gallery(gallery.slow, gallery.xy[:3], gallery.points_m)

@@ -18,6 +18,7 @@ from andante.mapping.gaze_calibration import GazeBounds, calibrated
 from andante.mapping.gaze_config import GazeConfig
 from andante.mapping.gaze_lesson import GazeDrive, learn_readout, read_drive
 from andante.mapping.gaze_readout import GazeReadout, spaced_azimuths
+from andante.mapping.gaze_resection import Resection
 from andante.mapping.gaze_votes import Verdict
 from andante.mapping.memory import Source
 from andante.mapping.sessions import Progress, require_distinct
@@ -79,6 +80,15 @@ class GazeMap:
         """What patches of a grey panorama (height, width) agree on, and which of them do."""
         fields = self.readout.encoder.fields(panorama[None])[0]
         return self.readout.look(fields, np.asarray(azimuth_rad, dtype=np.float64))
+
+    def resect(self, panorama: ImageArray, azimuth_rad: Sequence[float] | FloatArray) -> Resection:
+        """Where a panorama was taken, by where the things stand that its patches show: also away from all drives.
+
+        Between the drives it is the better one, along them ``look`` is. Nothing is promised of it. Raises
+        ``ArrayError`` for fewer than three patches.
+        """
+        fields = self.readout.encoder.fields(panorama[None])[0]
+        return self.readout.resect(fields, np.asarray(azimuth_rad, dtype=np.float64))
 
     def estimate(self, seen: Verdict) -> Estimate:
         """A verdict with what may be promised of it."""

@@ -31,7 +31,7 @@ from andante.mapping.memory import Source
 SCHEMA = 1
 _KEY = "andante-gaze"
 _AGAIN = "make it again with build_gaze_map"
-_TYPES = {"mean": "F32", "weights": "F32", "codes": "I8", "scale": "F32", "xy": "F64"}
+_TYPES = {"mean": "F32", "weights": "F32", "codes": "I8", "scale": "F32", "xy": "F64", "points": "F64"}
 _Side = Annotated[int, Field(ge=1, le=2**16)]
 
 
@@ -65,7 +65,13 @@ def write_gaze_map(gaze: GazeMap, path: str | Path) -> int:
         "sources": [dataclasses.asdict(dataclasses.replace(source, folder=None)) for source in gaze.sources],
     }
     codes = Codes.of(gallery.slow.reshape(-1, gallery.slow.shape[2]))
-    arrays = {"mean": model.mean, "weights": model.weights, "xy": gallery.xy, **codes.to_arrays()}
+    arrays = {
+        "mean": model.mean,
+        "weights": model.weights,
+        "xy": gallery.xy,
+        "points": gallery.points_m,
+        **codes.to_arrays(),
+    }
     try:
         data = save(
             {name: np.ascontiguousarray(array) for name, array in arrays.items()},
@@ -115,7 +121,7 @@ def _read(path: Path) -> tuple[_Header, dict[str, NDArray[Any]]]:
 
 def _assembled(header: _Header, arrays: dict[str, NDArray[Any]]) -> GazeMap:
     for name, array in arrays.items():
-        if not np.isfinite(array).all():
+        if name != "points" and not np.isfinite(array).all():
             raise MapError(f"array {name} holds values that are not finite")
     config = header.config
     front_end = FrontEnd(header.camera, header.image_shape, config.panorama, FeatureConfig())
@@ -126,6 +132,6 @@ def _assembled(header: _Header, arrays: dict[str, NDArray[Any]]) -> GazeMap:
     expected = (encoder.dim,), (encoder.dim, codes.dim), (frames * config.regions, codes.dim), (len(codes),)
     if shapes != expected:
         raise MapError(f"its arrays have shapes {shapes}, its configuration asks for {expected}")
-    gallery = Gallery(codes.rows().reshape(frames, config.regions, codes.dim), arrays["xy"])
+    gallery = Gallery(codes.rows().reshape(frames, config.regions, codes.dim), arrays["xy"], arrays["points"])
     readout = GazeReadout(encoder, model, gallery, rules_of(config))
     return GazeMap(config, front_end, readout, header.bounds, header.sources, header.name)

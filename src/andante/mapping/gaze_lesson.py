@@ -46,6 +46,14 @@ class GazeDrive:
     def __len__(self) -> int:
         return len(self.poses)
 
+    @property
+    def points_m(self) -> FloatArray:
+        """(n, K, 2) what regions look at, in the frame of the map; NaN where nothing tells."""
+        azimuth = region_azimuths(self.distance_m.shape[1])
+        towards = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1)
+        points: FloatArray = self.poses[:, None, :2] + self.distance_m[..., None] * towards
+        return points
+
     def subset(self, chosen: IndexArray | NDArray[np.bool_]) -> GazeDrive:
         """Some of the frames."""
         return GazeDrive(self.session.subset(chosen), self.poses[chosen], self.fields[chosen], self.distance_m[chosen])
@@ -125,13 +133,9 @@ def learn_gaze(drives: Sequence[GazeDrive], encoder: PatchEncoder, config: GazeC
 
 def gazes_of(drives: Sequence[GazeDrive], config: GazeConfig) -> Edges:
     """The edges of all drives, whose patches follow each other frame by frame and region by region."""
-    xy = np.concatenate([drive.poses[:, :2] for drive in drives])
-    azimuth = region_azimuths(config.regions)
-    towards = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1)
-    distance = np.concatenate([drive.distance_m for drive in drives])
     return gaze_edges(
-        xy,
-        xy[:, None] + distance[..., None] * towards,
+        np.concatenate([drive.poses[:, :2] for drive in drives]),
+        np.concatenate([drive.points_m for drive in drives]),
         np.repeat(np.arange(len(drives)), [len(drive) for drive in drives]),
         strides=config.strides,
         radius_m=config.place_radius_m,
@@ -149,7 +153,8 @@ def gallery_of(drives: Sequence[GazeDrive], encoder: PatchEncoder, model: GazeMo
     slow = [model.transform(region_patches(one, encoder, config.regions).reshape(-1, encoder.dim)) for one in parts]
     # As a file keeps them, so that a map that was loaded says the same as before.
     kept_slow = Codes.of(np.concatenate(slow)).rows()
-    return Gallery(kept_slow.reshape(len(xy[kept]), config.regions, -1), xy[kept])
+    points = np.concatenate([drive.points_m for drive in parts])
+    return Gallery(kept_slow.reshape(len(xy[kept]), config.regions, -1), xy[kept], points)
 
 
 def learn_readout(drives: Sequence[GazeDrive], encoder: PatchEncoder, config: GazeConfig) -> GazeReadout:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from andante.data import FloatArray
 from andante.features import PatchEncoder
+from andante.mapping.gaze_resection import Resection, resect
 from andante.mapping.gaze_votes import Gallery, Rules, Verdict, verdict
 from andante.sfa import AffineModel
 
@@ -53,6 +54,13 @@ class GazeReadout:
         """
         patches = self.encoder.cut(fields[None], azimuth_rad[None])[0]
         return verdict(self.gallery, self.model.transform(patches), azimuth_rad, self.rules)
+
+    def resect(self, fields: NDArray[np.float32], azimuth_rad: FloatArray) -> Resection:
+        """The same by where the things stand that patches show: for images from away of all drives."""
+        slow = self.model.transform(self.encoder.cut(fields[None], azimuth_rad[None])[0])
+        xy = self.gallery.xy
+        area = np.stack([xy.min(axis=0), xy.max(axis=0)])
+        return resect(self.gallery.squared_distances(slow), self.gallery.points_m, azimuth_rad, area)
 
 
 def spaced_azimuths(patches: int, first_rad: float = 0.0) -> FloatArray:

@@ -69,17 +69,20 @@ class Verdict:
 class Gallery:
     """What patches are compared with: slow features ``slow`` (F, K, k) float32 of K regions of F frames.
 
-    Frames were taken at ``xy`` (F, 2); region k looks where ``region_azimuths`` says.
+    Frames were taken at ``xy`` (F, 2); region k looks where ``region_azimuths`` says, at ``points_m`` (F, K, 2), NaN
+    where these are not known.
     """
 
     slow: NDArray[np.float32]
     xy: FloatArray
+    points_m: FloatArray
 
     def __post_init__(self) -> None:
-        if self.slow.ndim != 3 or self.xy.shape != (len(self.slow), 2) or not len(self.slow):
+        shape = self.slow.shape
+        if len(shape) != 3 or not shape[0] or self.xy.shape != (shape[0], 2) or self.points_m.shape != (*shape[:2], 2):
             raise ArrayError(
-                "a gallery needs slow features (frames, regions, k) and a position for each frame, got shapes "
-                f"{self.slow.shape} and {self.xy.shape}"
+                "a gallery needs slow features (frames, regions, k), a position for each frame and a point for each "
+                f"region, got shapes {shape}, {self.xy.shape} and {self.points_m.shape}"
             )
 
     @property
