@@ -7,5 +7,6 @@ from andante.features.illumination import orientation_channels as orientation_ch
 from andante.features.illumination import patch_normalised as patch_normalised
 from andante.features.illumination import window_px as window_px
 from andante.features.network import NetworkEncoder as NetworkEncoder
+from andante.features.patches import PatchEncoder as PatchEncoder
 from andante.features.phase import PhaseEncoder as PhaseEncoder
 from andante.features.pixels import PixelEncoder as PixelEncoder

@@ -33,7 +33,10 @@ _DECISIVE = (
 _DECISIVE_HERE = ("contenders.py", "drives.py", "trials.py")
 _DECISIVE_OF_TRACKS = (
     *("localization", "evaluation/figures.py", "evaluation/recovery.py"),
-    *(f"evaluation/experiments/{name}.py" for name in ("followers", "rides", "scenarios", "stress", "told")),
+    *(
+        f"evaluation/experiments/{name}.py"
+        for name in ("followers", "gaze", "occlusion", "rides", "scenarios", "stress", "told")
+    ),
 )
 _DECISIVE_OF_COMPARISONS = tuple(
     f"evaluation/{name}.py" for name in ("answers", "compare", "frame_fit", "running", "staged", "tracking")

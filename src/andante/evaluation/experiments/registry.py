@@ -7,6 +7,7 @@ from functools import partial
 from andante.errors import InputError
 from andante.evaluation.experiments.comparison import run_comparison
 from andante.evaluation.experiments.comparison_world import MAPPED_FRAMES, comparison_plan
+from andante.evaluation.experiments.gaze import run_gaze
 from andante.evaluation.experiments.long_term import run_long_term
 from andante.evaluation.experiments.navigation import run_navigation
 from andante.evaluation.experiments.navigation_world import navigation_plan
@@ -94,6 +95,16 @@ EXPERIMENTS = (
         run=run_off_map,
         small=_SMALL_YEARS,
         full=_FULL_YEARS,
+    ),
+    Experiment(
+        name="gaze",
+        title="Position from any patch of an image",
+        source="7.6, figures 7.13 to 7.16",
+        thesis="median 0.17 m with three patches",
+        plan=long_term_plan,
+        run=run_gaze,
+        small=Scale(frames=150, image_px=240, sessions=4, permutations=2),
+        full=Scale(frames=297, image_px=480, sessions=10, permutations=5),
     ),
     Experiment(
         name="navigation",
