@@ -115,7 +115,9 @@ class ViewCutter:
         pitch = float(np.median(np.hypot(np.diff(x_px, axis=1), np.diff(y_px, axis=1))))
         if pitch > _COARSE:
             part = np.asarray(cv2.GaussianBlur(part, (0, 0), 0.4 * pitch), np.uint8)
-        view = cv2.remap(part, x_px.astype(np.float32), y_px.astype(np.float32), cv2.INTER_LINEAR, None, cv2.BORDER_REPLICATE)
+        view = cv2.remap(
+            part, x_px.astype(np.float32), y_px.astype(np.float32), cv2.INTER_LINEAR, None, cv2.BORDER_REPLICATE
+        )
         return np.asarray(view, np.uint8)
 
 

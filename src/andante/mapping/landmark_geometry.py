@@ -83,9 +83,7 @@ class Adjusted:
     cost: float
 
 
-def adjusted(
-    xy: FloatArray, covariance: FloatArray, boxes: Sequence[Box], geometries: Sequence[Geometry]
-) -> Adjusted:
+def adjusted(xy: FloatArray, covariance: FloatArray, boxes: Sequence[Box], geometries: Sequence[Geometry]) -> Adjusted:
     """The pose that m landmarks agree on best.
 
     Landmark i puts the robot at ``xy`` (m, 2) with ``covariance`` (m, 2, 2), and is seen in ``boxes`` (m) as the thing
@@ -113,9 +111,7 @@ class _Terms:
     rise_sigma: FloatArray
 
     @classmethod
-    def of(
-        cls, xy: FloatArray, covariance: FloatArray, boxes: Sequence[Box], geometries: Sequence[Geometry]
-    ) -> _Terms:
+    def of(cls, xy: FloatArray, covariance: FloatArray, boxes: Sequence[Box], geometries: Sequence[Geometry]) -> _Terms:
         things = np.array([one.numbers for one in geometries])
         return cls(
             xy,
@@ -161,7 +157,9 @@ class _Terms:
         offset = self.things - pose[:2]
         distance = np.maximum(np.linalg.norm(offset, axis=1), _LEAST_DISTANCE_M)
         turned = wrapped(np.arctan2(offset[:, 1], offset[:, 0]) - pose[2] - self.azimuth) / self.bearing_sigma
-        across = np.stack([offset[:, 1], -offset[:, 0], -(distance**2)], 1) / (distance**2 * self.bearing_sigma)[:, None]
+        across = (
+            np.stack([offset[:, 1], -offset[:, 0], -(distance**2)], 1) / (distance**2 * self.bearing_sigma)[:, None]
+        )
         reach = (self.rise - np.log(distance) - self.log_top) / self.rise_sigma
         along = np.stack([offset[:, 0], offset[:, 1], 0 * distance], 1) / (distance**2 * self.rise_sigma)[:, None]
         for residual, slope in ((turned, across), (reach, along)):

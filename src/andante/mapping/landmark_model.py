@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -76,9 +76,12 @@ class LandmarkModel:
 
     def locate(self, pictures: ImageArray) -> Located:
         """Views (n, height, width) uint8 -> n positions of the robot, their covariance calibrated."""
-        located = self.readout.locate(self.slow_features(pictures))
-        located.covariance[...] *= self.scale
-        return located
+        return self.located(self.slow_features(pictures))
+
+    def located(self, slow: FloatArray) -> Located:
+        """The same from their slow features (n, k)."""
+        located = self.readout.locate(slow)
+        return replace(located, covariance=located.covariance * self.scale)
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Arrays by name, for a file; the name is kept elsewhere."""
