@@ -31,8 +31,8 @@ class ViewWindow:
     """What is cut out: ``width_rad`` of azimuth around the middle of a box, rows from ``high_rad`` down to ``low_rad``.
 
     Elevations count from the horizon, or with ``follows_elevation`` from the middle of the box. Views have
-    ``width_px`` columns, counter-clockwise to the left, and ``height_px`` rows. Raises ``ConfigError`` for a window that
-    holds nothing.
+    ``width_px`` columns, counter-clockwise to the left, and ``height_px`` rows. Raises ``ConfigError`` for a window
+    that holds nothing.
     """
 
     width_rad: float

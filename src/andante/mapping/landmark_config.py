@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from andante.landmarks import ViewWindow
+from andante.landmarks.views import ViewWindow
 from andante.mapping.config import Count, ReadoutConfig
 
 _Degrees = Annotated[float, Field(ge=-90, le=90)]
@@ -31,12 +31,12 @@ class LandmarkConfig(BaseModel):
     high_deg: _Degrees = 40.0
     width_px: Annotated[int, Field(ge=8, le=512)] = 96
     height_px: Annotated[int, Field(ge=8, le=512)] = 48
-    window_share: Annotated[float, Field(ge=0, le=1)] = 0.4
-    pca_components: Count = 120
-    slow_features: Count = 24
+    window_share: Annotated[float, Field(ge=0, le=1)] = 0.0
+    pca_components: Count = 200
+    slow_features: Count = 32
     edge_ridge: Annotated[float, Field(ge=0)] = 1.0
     invariance: Annotated[float, Field(ge=0)] = 1.0
-    readout: ReadoutConfig = ReadoutConfig()
+    readout: ReadoutConfig = ReadoutConfig(caution=3.0)
     fusion: Literal["covariance", "inverse-error"] = "covariance"
     coverage: Annotated[float, Field(gt=0, lt=1)] = 0.9
     folds: Annotated[int, Field(ge=2, le=20)] = 5

@@ -59,7 +59,7 @@ def correlation_of(white: FloatArray) -> float:
     The mean product of any two landmarks in one image, both axes together; 0 where no two were ever seen at once.
     """
     white = np.clip(white, -_MOST_WHITE, _MOST_WHITE)
-    seen = np.isfinite(white).all(axis=2)
+    seen = np.asarray(np.isfinite(white).all(axis=2))
     filled = np.where(seen[:, :, None], white, 0.0)
     together = (filled.sum(axis=1) ** 2).sum() - (filled**2).sum()
     pairs = 2.0 * float((seen.sum(axis=1) ** 2 - seen.sum(axis=1)).sum())

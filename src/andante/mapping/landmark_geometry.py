@@ -16,7 +16,7 @@ import numpy as np
 
 from andante.angles import wrapped
 from andante.data import FloatArray
-from andante.landmarks import Box
+from andante.landmarks.boxes import Box
 
 _LEAST_FRAMES = 8
 _LEAST_SPREAD_RAD = 0.1
@@ -62,7 +62,8 @@ class Geometry:
         rises = np.log(np.tan(angles[:, 1])) + np.log(distance)
         rise = float(np.median(rises))
         return cls(
-            *place.tolist(),
+            float(place[0]),
+            float(place[1]),
             max(_deviation(off), _LEAST_BEARING_RAD),
             rise,
             max(_deviation(rises - rise), _LEAST_REACH),
@@ -115,7 +116,7 @@ class _Terms:
         things = np.array([one.numbers for one in geometries])
         return cls(
             xy,
-            np.linalg.inv(covariance),
+            np.asarray(np.linalg.inv(covariance), np.float64),
             np.array([box.azimuth_rad for box in boxes]),
             np.log(np.tan([_top(box) for box in boxes])),
             things[:, :2],
@@ -143,7 +144,7 @@ class _Terms:
             else:
                 damping *= 10
         pose[2] = wrapped(float(pose[2]))
-        return Adjusted(pose, np.linalg.inv(hessian), cost)
+        return Adjusted(pose, np.asarray(np.linalg.inv(hessian), np.float64), cost)
 
     def _linearised(self, pose: FloatArray) -> tuple[FloatArray, FloatArray, float]:
         """Hessian (3, 3), gradient (3,) and cost at a pose, with the weights that hold there."""
@@ -157,11 +158,10 @@ class _Terms:
         offset = self.things - pose[:2]
         distance = np.maximum(np.linalg.norm(offset, axis=1), _LEAST_DISTANCE_M)
         turned = wrapped(np.arctan2(offset[:, 1], offset[:, 0]) - pose[2] - self.azimuth) / self.bearing_sigma
-        across = (
-            np.stack([offset[:, 1], -offset[:, 0], -(distance**2)], 1) / (distance**2 * self.bearing_sigma)[:, None]
-        )
+        square = distance**2
+        across = np.stack([offset[:, 1], -offset[:, 0], -square], 1) / (square * self.bearing_sigma)[:, None]
         reach = (self.rise - np.log(distance) - self.log_top) / self.rise_sigma
-        along = np.stack([offset[:, 0], offset[:, 1], 0 * distance], 1) / (distance**2 * self.rise_sigma)[:, None]
+        along = np.stack([offset[:, 0], offset[:, 1], 0 * distance], 1) / (square * self.rise_sigma)[:, None]
         for residual, slope in ((turned, across), (reach, along)):
             weight, loss = _cauchy(residual**2)
             hessian += np.einsum("m,mi,mj->ij", weight, slope, slope)

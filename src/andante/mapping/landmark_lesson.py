@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from andante.angles import wrapped
 from andante.data import FloatArray, Frame, ImageArray, IndexArray, Trajectory
 from andante.errors import LearningError
-from andante.landmarks import Box, Detection, ViewCutter, ViewWindow
+from andante.landmarks.boxes import Box, Detection
+from andante.landmarks.views import ViewCutter, ViewWindow
 from andante.mapping.landmark_config import LandmarkConfig
 from andante.mapping.landmark_fusion import correlation_of
 from andante.mapping.landmark_model import LEAST_VIEWS, LandmarkModel, Views, learn_landmark

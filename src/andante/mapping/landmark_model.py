@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from andante.data import FloatArray, ImageArray, IndexArray
 from andante.errors import ArrayError, LearningError
 from andante.features.illumination import Surroundings, patch_normalised, window_px
-from andante.landmarks import Box, ViewWindow
+from andante.landmarks.boxes import Box
+from andante.landmarks.views import ViewWindow
 from andante.mapping.compact import CompactModel
 from andante.mapping.landmark_config import LandmarkConfig
 from andante.mapping.landmark_geometry import Geometry
@@ -122,11 +123,12 @@ def encoded(pictures: ImageArray, window_share: float) -> NDArray[np.float32]:
     """
     views = pictures.astype(np.float32)
     mean, deviation = views.mean(axis=(1, 2), keepdims=True), views.std(axis=(1, 2), keepdims=True)
-    flat = ((views - mean) / (deviation + np.float32(_CONTRAST_FLOOR))).reshape(len(views), -1)
+    flat = np.asarray((views - mean) / (deviation + np.float32(_CONTRAST_FLOOR))).reshape(len(views), -1)
     if not window_share:
         return flat
     around = Surroundings.of(views, window_px(pictures.shape[1:], (window_share, window_share)), wrap=False)
-    return np.hstack([flat, patch_normalised(around, _CONTRAST_FLOOR).reshape(len(views), -1)])
+    local = patch_normalised(around, _CONTRAST_FLOOR).reshape(len(views), -1)
+    return np.hstack([flat, local]).astype(np.float32)
 
 
 def learn_landmark(views: Views, ground: Ground, poses: FloatArray, config: LandmarkConfig) -> LandmarkModel:

@@ -10,7 +10,7 @@ import numpy as np
 
 from andante.angles import wrapped
 from andante.data import FloatArray
-from andante.landmarks import Box
+from andante.landmarks.boxes import Box
 from andante.mapping.landmark_fusion import by_covariance, by_inverse_error, inflation
 from andante.mapping.landmark_geometry import Geometry, adjusted
 from andante.mapping.landmark_model import LandmarkModel

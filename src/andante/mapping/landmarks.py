@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from andante.data import CameraSpec, Estimate, FloatArray, Hypothesis, ImageArray, Status
 from andante.errors import ArrayError
-from andante.landmarks import Box, Detection, ViewCutter
+from andante.landmarks.boxes import Box, Detection
+from andante.landmarks.views import ViewCutter
 from andante.mapping.landmark_config import LandmarkConfig
 from andante.mapping.landmark_lesson import Album, LandmarkCalibration, best_by_name, learn_album
 from andante.mapping.landmark_model import LandmarkModel
@@ -218,6 +219,9 @@ def _hypotheses(answer: Fused, sights: Sequence[Sight], heading: float | None) -
     x, y = answer.pose[:2].tolist()
     precision = np.array([1.0 / np.trace(one.covariance) for one in sights])
     weights = 0.5 * precision / precision.sum()
-    alone = [Hypothesis(*one.xy.tolist(), weight) for one, weight in zip(sights, weights.tolist(), strict=True)]
+    alone = [
+        Hypothesis(float(one.xy[0]), float(one.xy[1]), weight)
+        for one, weight in zip(sights, weights.tolist(), strict=True)
+    ]
     alone.sort(key=lambda one: -one.weight)
     return (Hypothesis(x, y, 0.5, heading), *alone)
