@@ -67,6 +67,11 @@ class LandmarkModel:
     scale: float = 1.0
     error_m: float = 1.0
 
+    @property
+    def view_dim(self) -> int:
+        """Numbers of an encoded view."""
+        return self.window.width_px * self.window.height_px * (2 if self.window_share else 1)
+
     def slow_features(self, pictures: ImageArray) -> FloatArray:
         """Views (n, height, width) uint8 -> (n, k)."""
         parts = [

@@ -10,6 +10,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from andante.camera import scaled
 from andante.data import CameraSpec, Estimate, FloatArray, Hypothesis, ImageArray, Status
 from andante.errors import ArrayError
 from andante.landmarks.boxes import Box, Detection
@@ -152,6 +153,18 @@ class LandmarkMap:
                 weak.append(WeakPlace(x, y, expected, len(here)))
         return sorted(weak, key=lambda place: (-place.radius_m, -place.frames))
 
+    def describe(self) -> list[dict[str, Any]]:
+        """Every landmark as plain values: its name, its usual error, and where it stands, ``None`` where unknown."""
+        return [
+            {
+                "name": one.name,
+                "error_m": one.error_m,
+                "x_m": None if one.geometry is None else one.geometry.x_m,
+                "y_m": None if one.geometry is None else one.geometry.y_m,
+            }
+            for one in self.models
+        ]
+
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Arrays by name, for a file; names of landmarks, calibration and configuration are kept elsewhere."""
         arrays: dict[str, NDArray[Any]] = {"places": np.nan_to_num(self.places, posinf=-1.0)}
@@ -194,20 +207,44 @@ class LandmarkMap:
         return Status.OK, ""
 
 
-@dataclass(frozen=True, eq=False)
-class LandmarkLocalizer:
-    """A ``Localizer`` that goes by landmarks alone, seen by ``detector`` in the images of one camera."""
+class LandmarkEye:
+    """Sees the landmarks of a map in images of one camera; safe to call from many threads if the detector is.
 
-    landmarks: LandmarkMap
-    detector: LandmarkDetector
-    camera: CameraSpec
-    cutter: ViewCutter
-    name: str = "landmarks"
+    ``image_shape`` (height, width) is the size that ``camera`` speaks of; images of another size but the same
+    proportions are understood as well. It is a ``Localizer`` that goes by landmarks alone. Raises ``ConfigError`` for a
+    camera that is no fisheye.
+    """
+
+    name = "landmarks"
+
+    def __init__(
+        self, landmarks: LandmarkMap, detector: LandmarkDetector, camera: CameraSpec, image_shape: tuple[int, int]
+    ) -> None:
+        self.landmarks, self.detector, self.camera, self.image_shape = landmarks, detector, camera, image_shape
+        self._cutters = {image_shape: (camera, ViewCutter(camera, image_shape))}
+
+    @property
+    def dim(self) -> int:
+        """Length of a signature."""
+        return self.landmarks.signature_dim
+
+    def for_camera(self, camera: CameraSpec, image_shape: tuple[int, int]) -> LandmarkEye:
+        """The same for another camera."""
+        return LandmarkEye(self.landmarks, self.detector, camera, image_shape)
+
+    def signature(self, image: ImageArray) -> NDArray[np.float32]:
+        """(dim,) of an image, grey (height, width) or BGR (height, width, 3) uint8."""
+        shape = image.shape[0], image.shape[1]
+        if shape not in self._cutters:
+            # Two threads may both make it; either is as good, and storing it is atomic.
+            scale = shape[1] / self.image_shape[1]
+            self._cutters[shape] = scaled(self.camera, scale), ViewCutter(self.camera, shape, scale=scale)
+        camera, cutter = self._cutters[shape]
+        return self.landmarks.signature(image, self.detector.detect(image, camera), cutter)
 
     def localize(self, image: ImageArray) -> Estimate:
-        """One image -> estimate; raises ``ImageError`` for one of another size."""
-        seen = self.detector.detect(image, self.camera)
-        return self.landmarks.estimate(self.landmarks.signature(image, seen, self.cutter))
+        """One image -> estimate, by its landmarks alone."""
+        return self.landmarks.estimate(self.signature(image))
 
 
 def _listed(sights: Sequence[Sight]) -> str:
