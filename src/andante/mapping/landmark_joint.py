@@ -30,9 +30,8 @@ def joined(whole: Estimate, landmarks: Estimate) -> Estimate:
     if not whole.status.has_pose:
         if whole.status is Status.OFF_MAP and landmarks.status is not Status.OK:
             return replace(whole, reason=f"{whole.reason}; landmarks say something else, but are not sure")
-        return replace(
-            landmarks, likeness=whole.likeness, reason=f"{landmarks.reason}; the whole image: {whole.reason}"
-        )
+        reason = f"{landmarks.reason}; the whole image: {whole.reason}"
+        return replace(landmarks, likeness=whole.likeness, reason=reason)
     (xy, covariance), (other, spread) = _position(whole), _position(landmarks)
     apart = other - xy
     distance = float(apart @ np.linalg.solve(covariance + spread, apart))
