@@ -5,10 +5,10 @@ from __future__ import annotations
 import hashlib
 import tomllib
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from andante.data import FloatArray, Trajectory
 from andante.errors import ConfigError
@@ -20,7 +20,7 @@ from andante.simulator.movables import MovableKind
 from andante.simulator.odometry import OdometryNoise
 from andante.simulator.settings import Settings
 from andante.simulator.trajectories import BorderRun, Drive
-from andante.simulator.visitors import placed_movables
+from andante.simulator.visitors import Placed, placed_movables, put_down
 
 _Seed = Annotated[int, Field(ge=0)]
 _RECIPE = 1
@@ -31,7 +31,8 @@ class Session(Settings):
     """One drive: where, under which conditions, with which visitors.
 
     ``seed`` decides about clouds, noise, odometry and the way; ``objects_seed`` about what the objects look like and
-    where they are: sessions with the same one find them in the same places. It defaults to ``seed``.
+    where they are: sessions with the same one find them in the same places. It defaults to ``seed``. ``placed`` are
+    put down exactly where they are told to be; ``objects`` that share a seed keep clear of those of all sessions.
     """
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=100)]
@@ -40,8 +41,17 @@ class Session(Settings):
     conditions: Conditions = Conditions()
     objects: tuple[MovableKind, ...] = ()
     objects_seed: _Seed | None = None
+    placed: tuple[Placed, ...] = ()
     odometry: OdometryNoise = OdometryNoise()
     start_time_s: Annotated[float, Field(ge=0)] = 1_600_000_000.0
+
+    @model_serializer(mode="wrap")
+    def _without_nothing_placed(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Where nothing is put down a session is told as ever, so that recordings of it keep their fingerprints."""
+        values: dict[str, Any] = handler(self)
+        if not self.placed:
+            del values["placed"]
+        return values
 
     def truth(self, garden: Garden) -> Trajectory:
         """The true poses of this drive; times begin at zero."""
@@ -89,14 +99,17 @@ class Plan(Settings):
     def scene(self, name: str) -> Scene:
         """Everything there is to see in a session, in summer dress: the garden and its visitors."""
         session, garden = self.session(name), make_garden(self.garden)
-        movables = placed_movables(garden, session.objects, self._objects_seed(session), self._way(session, garden))
-        return Scene.of([*garden.things, *movables])
+        seed, sharing = self._objects_seed(session), self._sharing(session)
+        placed = [one for other in sharing for one in other.placed]
+        movables = placed_movables(garden, session.objects, seed, self._way(session, garden), placed)
+        return Scene.of([*garden.things, *put_down(session.placed, seed), *movables])
 
     def fingerprint(self, name: str) -> str:
         """16 hex digits that change with everything that a session's recording depends on."""
         session = self.session(name)
-        shared = [other for other in self.sessions if self._objects_seed(other) == self._objects_seed(session)]
-        drives = [(other.seed, other.drive.model_dump_json()) for other in shared] if session.objects else []
+        shared = self._sharing(session) if session.objects else []
+        drives: list[object] = [(other.seed, other.drive.model_dump_json()) for other in shared]
+        drives += [one.model_dump_json() for other in shared for one in other.placed]
         parts = (
             _RECIPE,
             self.garden.model_dump_json(),
@@ -111,6 +124,9 @@ class Plan(Settings):
 
     def _way(self, session: Session, garden: Garden) -> FloatArray:
         """All points that visitors keep clear of: the ways of all sessions that share them, so that they stay put."""
+        return np.concatenate([other.truth(garden).xy_m for other in self._sharing(session)])
+
+    def _sharing(self, session: Session) -> list[Session]:
+        """All sessions that find the same objects in the same places, this one among them."""
         seed = self._objects_seed(session)
-        sharing = [other for other in self.sessions if self._objects_seed(other) == seed]
-        return np.concatenate([other.truth(garden).xy_m for other in sharing])
+        return [other for other in self.sessions if self._objects_seed(other) == seed]
