@@ -52,7 +52,7 @@ class LandmarkDetector:
         found = hashlib.sha256(data).hexdigest()
         if sha256 is not None and sha256.lower() != found:
             raise InputError(
-                f"landmark detector {path} has the SHA-256 {found[:16]}..., expected was {sha256[:16].lower()}...; give "
+                f"landmark detector {path} has the SHA-256 {found[:16]}..., expected {sha256[:16].lower()}...; give "
                 "the file that the map was built with, or build the map again"
             )
         detector = cls(data, str(path), threads=threads)

@@ -31,7 +31,7 @@ KEY = "andante"
 
 _OPSET, _IR_VERSION = 17, 8  # any runtime of 2022 or later runs it
 _DIGITS = 64
-_LEAST_CONTRAST = 1.0  # grey levels, below which a panorama shows nothing
+LEAST_CONTRAST = 1.0  # grey levels, below which a panorama shows nothing
 _Pixels = Annotated[int, Field(ge=16, le=4096)]
 
 
@@ -79,8 +79,14 @@ class DetectorHeader(BaseModel):
         cls, geometry: PanoramaGeometry, landmarks: tuple[Landmark, ...], notes: Mapping[str, Any]
     ) -> DetectorHeader:
         """From its parts."""
-        sizes = {"width_px": geometry.width_px, "height_px": geometry.height_px}
-        return cls(**sizes, min_deg=geometry.min_deg, max_deg=geometry.max_deg, landmarks=landmarks, notes=dict(notes))
+        return cls(
+            width_px=geometry.width_px,
+            height_px=geometry.height_px,
+            min_deg=geometry.min_deg,
+            max_deg=geometry.max_deg,
+            landmarks=landmarks,
+            notes=dict(notes),
+        )
 
 
 def written(header: DetectorHeader, layers: Mapping[str, Folded]) -> bytes:
@@ -164,7 +170,7 @@ class _Graph:
         self.nodes: list[NodeProto] = []
         self.constants: list[TensorProto] = []
 
-    def add(self, kind: str, inputs: list[str], outputs: list[str] | None = None, **attributes: object) -> str:
+    def add(self, kind: str, inputs: list[str], outputs: list[str] | None = None, **attributes: Any) -> str:  # noqa: ANN401
         """Add a node and return the name of its result."""
         outputs = outputs or [f"{kind}_{len(self.nodes)}"]
         self.nodes.append(self._onnx.helper.make_node(kind, inputs, outputs, name=outputs[0], **attributes))
@@ -184,7 +190,7 @@ class _Graph:
         value = self.add("Sub", [value, self.add("ReduceMean", [value], axes=axes)])
         power = self.add("ReduceMean", [self.add("Mul", [value, value])], axes=axes)
         deviation = self.add("Sqrt", [power])
-        least = self.constant(np.array(_LEAST_CONTRAST, np.float32))
+        least = self.constant(np.array(LEAST_CONTRAST, np.float32))
         return self.add("Div", [value, self.add("Max", [deviation, least])])
 
     def convolved(self, name: str, value: str) -> str:

@@ -1,9 +1,9 @@
 """Landmarks as peaks of heat maps over the panorama (CenterNet: Zhou et al. 2019, "Objects as points").
 
-A heat map has one cell for ``stride`` x ``stride`` pixels of the panorama. Where a landmark's middle lies its map is 1,
-around it a Gaussian whose width follows the box (TTFNet: Liu et al. 2020), everywhere else 0. Beside the heat, a cell
-tells four numbers of the box around it, in cells: how far right and down of the cell its middle lies, and the logarithms
-of width and height. Columns go around the horizon, so the last one is a neighbour of the first.
+A heat map has one cell for ``stride`` x ``stride`` pixels of the panorama. Where a landmark's middle lies its map is
+1, around it a Gaussian whose width follows the box (TTFNet: Liu et al. 2020), everywhere else 0. Beside the heat, a
+cell tells four numbers of the box around it, in cells: how far right and down of the cell its middle lies, and the
+logarithms of width and height. Columns go around the horizon, so the last one is a neighbour of the first.
 """
 
 from __future__ import annotations

@@ -127,11 +127,11 @@ def require_usable(labels: Labels, recording: Recording, min_deg: float, max_deg
             f"0 to {len(recording.infos) - 1}; give the recording that they were made for"
         )
     for frame, box in sorted(labels.boxes.items()):
-        low, high = box.elevation_rad - box.height_rad / 2.0, box.elevation_rad + box.height_rad / 2.0
-        if high <= np.radians(min_deg) or low >= np.radians(max_deg):
+        low, high = np.degrees(box.low_rad), np.degrees(box.high_rad)
+        if high <= min_deg or low >= max_deg:
             raise InputError(
-                f"landmark {labels.name!r}: the box of frame {frame} lies at {np.degrees(low):.1f} to "
-                f"{np.degrees(high):.1f} degrees of elevation, outside of the panorama with {min_deg:g} to "
+                f"landmark {labels.name!r}: the box of frame {frame} lies at {low:.1f} to "
+                f"{high:.1f} degrees of elevation, outside of the panorama with {min_deg:g} to "
                 f"{max_deg:g}; teach it nearer to the horizon"
             )
 

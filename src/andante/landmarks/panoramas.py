@@ -22,7 +22,7 @@ class PanoramaMaker:
         if not camera.heading_invariant:
             raise ConfigError(
                 f"landmarks are looked for all around the horizon; a {camera.model} camera of "
-                f"{camera.horizontal_field_of_view_deg:g} degrees does not see it: use a fisheye or a 360 degree panorama"
+                f"{camera.horizontal_field_of_view_deg:g} degrees does not see it; use a fisheye or a panorama"
             )
         self.geometry = geometry
         self._unwrapper = Unwrapper(camera, image_shape, geometry if camera.model == "fisheye" else None)
