@@ -31,7 +31,7 @@ class LandmarkConfig(BaseModel):
     high_deg: _Degrees = 40.0
     width_px: Annotated[int, Field(ge=8, le=512)] = 96
     height_px: Annotated[int, Field(ge=8, le=512)] = 48
-    window_share: Annotated[float, Field(ge=0, le=1)] = 0.0
+    window_share: Annotated[float, Field(ge=0, le=1)] = 0.4
     pca_components: Count = 200
     slow_features: Count = 32
     edge_ridge: Annotated[float, Field(ge=0)] = 1.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -73,22 +73,19 @@ class Learnt:
     expected_m: FloatArray
 
 
-def collect(
-    drives: Sequence[tuple[Recording, Spotter]],
-    cutters: Mapping[int, ViewCutter],
-    window: ViewWindow,
-) -> Album:
-    """Cut all landmarks out of recordings with reference poses; ``cutters`` by the number of the recording.
+def collect(drives: Sequence[tuple[Recording, ViewCutter, Spotter]], window: ViewWindow) -> Album:
+    """Cut all landmarks out of the frames with reference positions of some recordings.
 
-    Raises ``LearningError`` where no landmark is seen at all.
+    Raises ``LearningError`` where no landmark is seen at all, as ``Recording.frames`` does for pictures that cannot be
+    read.
     """
     pictures, boxes, frames = dict[str, list[ImageArray]](), dict[str, list[Box]](), dict[str, list[int]]()
     poses, session = list[FloatArray](), list[int]()
-    for number, (recording, spot) in enumerate(drives):
+    for number, (recording, cutter, spot) in enumerate(drives):
         known = Trajectory.of(recording.infos, "reference")
         for frame in recording.frames(np.flatnonzero(known.known).tolist()):
             for name, box in best_by_name(spot(frame)).items():
-                pictures.setdefault(name, []).append(cutters[number](frame.image, box, window))
+                pictures.setdefault(name, []).append(cutter(frame.image, box, window))
                 boxes.setdefault(name, []).append(box)
                 frames.setdefault(name, []).append(len(poses))
             row = frame.info.index

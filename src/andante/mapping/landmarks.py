@@ -111,7 +111,10 @@ class LandmarkMap:
 
     def estimate(self, signature: NDArray[np.float32]) -> Estimate:
         """Where the robot is, by the landmarks alone; lost where none is seen. The reason names those that were."""
-        sights = self.sights(signature)
+        return self.estimate_of(self.sights(signature))
+
+    def estimate_of(self, sights: Sequence[Sight]) -> Estimate:
+        """The same from what is seen already."""
         if not sights:
             return Estimate(
                 Status.LOST, f"none of the {len(self.models)} landmarks of this map is seen: {', '.join(self.names)}"
