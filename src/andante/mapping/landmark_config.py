@@ -36,7 +36,7 @@ class LandmarkConfig(BaseModel):
     slow_features: Count = 32
     edge_ridge: Annotated[float, Field(ge=0)] = 1.0
     invariance: Annotated[float, Field(ge=0)] = 1.0
-    readout: ReadoutConfig = ReadoutConfig(caution=3.0)
+    readout: ReadoutConfig = ReadoutConfig(caution=10.0)
     fusion: Literal["covariance", "inverse-error"] = "covariance"
     coverage: Annotated[float, Field(gt=0, lt=1)] = 0.9
     folds: Annotated[int, Field(ge=2, le=20)] = 5

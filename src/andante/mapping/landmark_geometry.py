@@ -27,7 +27,8 @@ _ROUNDS = 30
 _MOST_DISTRUST = 2.0
 """Deviations from which on something counts less and less: a box half hidden, a place taken for another (Cauchy)."""
 _LEAST_DISTANCE_M = 0.3
-_STOP_M = 1e-4
+_STOP_M, _STUCK = 1e-4, 1e3
+_DESCENTS = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,14 +89,15 @@ def adjusted(xy: FloatArray, covariance: FloatArray, boxes: Sequence[Box], geome
     """The pose that m landmarks agree on best.
 
     Landmark i puts the robot at ``xy`` (m, 2) with ``covariance`` (m, 2, 2), and is seen in ``boxes`` (m) as the thing
-    of ``geometries`` (m). Robust maximum likelihood by Gauss-Newton steps from each position and from their mean, of
-    which the best counts; what disagrees with the rest loses its weight.
+    of ``geometries`` (m). Robust maximum likelihood by Gauss-Newton steps from the two likeliest of these positions and
+    their mean; what disagrees with the rest loses its weight.
     """
     terms = _Terms.of(xy, covariance, boxes, geometries)
     information = terms.position_information
     mean = np.linalg.solve(information.sum(axis=0), np.einsum("mij,mj->i", information, xy))
     starts = np.concatenate([mean[None], xy]) if len(xy) > 1 else xy
-    return min((terms.descend(start) for start in starts), key=lambda found: found.cost)
+    likeliest = sorted((terms.standing(start) for start in starts), key=terms.cost)[:_DESCENTS]
+    return min((terms.descend(pose) for pose in likeliest), key=lambda found: found.cost)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,12 +127,19 @@ class _Terms:
             things[:, 4],
         )
 
-    def descend(self, start: FloatArray) -> Adjusted:
-        """From a position, and the heading that suits it, to the pose near it that fits best."""
-        offset = self.things - start
+    def standing(self, xy: FloatArray) -> FloatArray:
+        """The pose (3,) at a position, with the heading that suits it best."""
+        offset = self.things - xy
         turn = np.arctan2(offset[:, 1], offset[:, 0]) - self.azimuth
         pull = 1.0 / self.bearing_sigma**2
-        pose = np.array([*start, np.arctan2((pull * np.sin(turn)).sum(), (pull * np.cos(turn)).sum())])
+        return np.array([*xy, np.arctan2((pull * np.sin(turn)).sum(), (pull * np.cos(turn)).sum())])
+
+    def cost(self, pose: FloatArray) -> float:
+        """How badly a pose fits."""
+        return self._linearised(pose)[2]
+
+    def descend(self, pose: FloatArray) -> Adjusted:
+        """To the pose near this one that fits best."""
         hessian, gradient, cost = self._linearised(pose)
         damping = 1e-3
         for _ in range(_ROUNDS):
@@ -141,6 +150,8 @@ class _Terms:
                 hessian, gradient, cost = tried
                 if np.hypot(*step[:2]) < _STOP_M:
                     break
+            elif damping > _STUCK:
+                break
             else:
                 damping *= 10
         pose[2] = wrapped(float(pose[2]))

@@ -127,11 +127,11 @@ def learn_album(album: Album, config: LandmarkConfig) -> Learnt:
     for tried in tries:
         for frame, column, sight in tried:
             held[frame][column] = sight
-    models = _calibrated(models, held, album)
+    sessions = len(np.unique(album.session)) > 1
+    models = _calibrated(models, held, album, 1.0 if sessions else _ANOTHER_DRIVE)
     scaled = [[_rescaled(sight, models[column]) for column, sight in enumerate(row) if sight] for row in held]
     correlation = correlation_of(_white(held, models, album))
     answers = [fused(row, config.fusion, correlation) if row else None for row in scaled]
-    sessions = len(np.unique(album.session)) > 1
     calibration, expected = _promised(answers, album, config, correlation, sessions)
     return Learnt(models, calibration, expected)
 
@@ -184,9 +184,13 @@ def _tried(
 
 
 def _calibrated(
-    models: Sequence[LandmarkModel], held: Sequence[Sequence[Sight | None]], album: Album
+    models: Sequence[LandmarkModel], held: Sequence[Sequence[Sight | None]], album: Album, unseen: float
 ) -> tuple[LandmarkModel, ...]:
-    """Covariances as large as errors on held-out frames were, by their median: what is taken for elsewhere is rare."""
+    """Covariances as large as errors on held-out frames were, by their median: what is taken for elsewhere is rare.
+
+    Under a light of which nothing was held out, errors are ``unseen`` times larger; that is so for what views say and
+    not for where boxes are, which then count for more.
+    """
     done = []
     for column, model in enumerate(models):
         rows = [(frame, row[column]) for frame, row in enumerate(held) if row[column] is not None]
@@ -197,7 +201,7 @@ def _calibrated(
         information = np.linalg.inv(np.array([sight.covariance for _, sight in rows if sight]))
         squared = np.einsum("ni,nij,nj->n", off, information, off)
         error = float(np.median(np.linalg.norm(off, axis=1)))
-        scale = max(float(np.median(squared)) / _MEDIAN_OF_CHI2, 1e-6)
+        scale = max(unseen**2 * float(np.median(squared)) / _MEDIAN_OF_CHI2, 1e-6)
         done.append(replace(model, scale=scale, error_m=max(error, 1e-6)))
     return tuple(done)
 

@@ -167,6 +167,7 @@ def learn_landmark(views: Views, ground: Ground, poses: FloatArray, config: Land
         metric=learnt.metric,
         config=config.readout,
         consensus_m=config.readout.consensus_m or 2 * ground.radius,
+        spread=model.spread(x),
     )
     assert isinstance(readout, LocalReadout)
     geometry = Geometry.fit(views.boxes, poses)

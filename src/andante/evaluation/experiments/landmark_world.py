@@ -152,10 +152,10 @@ def seen(bench: Bench, session: str) -> Seen:
 
 def landmarks_seen_often(train: Seen, count: int) -> list[str]:
     """Objects that nearly every frame shows, of some size but not all around, spread over the horizon."""
-    share = train.detectable.mean(axis=0)
-    width = np.nanmedian(np.where(train.detectable, train.boxes[..., 2], np.nan), axis=0)
-    order = np.argsort(-share)
-    fit = [k for k in order if share[k] >= _OFTEN and width[k] <= _MOST_WIDTH_RAD]
+    shown, width = train.detectable, train.boxes[..., 2]
+    share = shown.mean(axis=0)
+    order = [int(k) for k in np.argsort(-share, kind="stable") if shown[:, k].any()]
+    fit = [k for k in order if share[k] >= _OFTEN and np.median(width[shown[:, k], k]) <= _MOST_WIDTH_RAD]
     # Where there are not enough of them, the most frequent of the others.
     fit += [k for k in order if k not in fit][: max(count - len(fit), 0)]
     return [train.names[k] for k in _spread(train, fit, count)]
