@@ -32,7 +32,17 @@ def test_list(andante, arguments):
 
 def test_list_as_json(andante):
     listed = andante("experiment", "--json").json["experiments"]
-    names = ["static", "slow-light", "dynamic-object", "long-term", "tracking", "stress", "off-map", "navigation"]
+    names = [
+        "static",
+        "slow-light",
+        "dynamic-object",
+        "long-term",
+        "tracking",
+        "stress",
+        "off-map",
+        "navigation",
+        "landmarks",
+    ]
     assert [one["name"] for one in listed] == names
     assert all(set(one) == {"name", "title", "source", "thesis"} for one in listed)
 

@@ -51,14 +51,13 @@ _DECIMALS = 5
 
 def small_plan(seed: int, scale: Scale) -> Plan:
     """18 x 18 m: a random drive to learn from and a regular grid to test on, in the same light (thesis 7.4.1)."""
-    light = Conditions(clouds=0.0)
+    garden, light = GardenSpec(seed=seed, size_x_m=_SMALL_M[0], size_y_m=_SMALL_M[1]), Conditions(clouds=0.0)
     spacing_m = 0.5 if scale.frames >= 1000 else 1.0
     return Plan(
-        garden=GardenSpec(seed=seed, size_x_m=_SMALL_M[0], size_y_m=_SMALL_M[1]),
+        garden=garden,
         camera=_camera(scale),
         sessions=(
-            # A picture every 0.67 m: as many places as there are pictures, instead of many pictures of a place.
-            Session(name=TRAIN, seed=100 * seed, drive=InfieldRun(frames=scale.frames, rate_hz=1.0), conditions=light),
+            Session(name=TRAIN, seed=100 * seed, drive=_random_drive(garden, scale.frames, seed), conditions=light),
             Session(
                 name=TEST,
                 seed=100 * seed + 1,
@@ -204,6 +203,15 @@ def _imperfect(boxes: FloatArray, rng: np.random.Generator) -> FloatArray:
     seen_well = (found[:, 2] >= _LEAST_WIDTH_RAD) & (found[:, 3] >= _LEAST_HEIGHT_RAD)
     found[~seen_well | (rng.random(len(boxes)) < _MISSED)] = np.nan
     return found
+
+
+def _random_drive(garden: GardenSpec, frames: int, seed: int) -> GivenPoses:
+    """A picture every 0.67 m of a random drive, without those of turns on the spot, which a map leaves out."""
+    run = InfieldRun(frames=3 * frames, rate_hz=1.0)
+    truth = run.drive(make_garden(garden), np.random.default_rng([seed, _DETECTOR]))
+    moved = np.append(np.linalg.norm(np.diff(truth.xy_m, axis=0), axis=1) > run.step_m / 2, True)
+    poses = np.column_stack([truth.xy_m, truth.heading_rad])[moved][:frames]
+    return GivenPoses(poses=tuple((float(x), float(y), float(h)) for x, y, h in np.round(poses, _DECIMALS)))
 
 
 def _camera(scale: Scale) -> SimulatedCamera:
