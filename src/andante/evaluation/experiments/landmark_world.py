@@ -24,6 +24,7 @@ from andante.simulator import (
     BorderRun,
     Conditions,
     GardenSpec,
+    GivenPoses,
     GridRun,
     InfieldRun,
     Plan,
