@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from andante.evaluation.experiments.landmark_trials import Trialled, album_of, learnt, tried_on
-from andante.evaluation.experiments.landmark_world import TEST, seen
+from andante.evaluation.experiments.landmark_trials import Boxes, Trialled, album_of, learnt, tried_on
+from andante.evaluation.experiments.landmark_world import TEST
 from andante.evaluation.experiments.outcome import Plot, Table
 from andante.evaluation.experiments.trials import Bench
 from andante.landmarks.boxes import Detection
@@ -22,11 +22,11 @@ _ORDERS = 743  # tells this use of the seed from others; the thesis' section
 _TIMED = 40
 
 
-def scaling(bench: Bench, names: Sequence[str], seed: int, permutations: int) -> dict[str, Any]:
+def scaling(bench: Bench, names: Sequence[str], boxes: Boxes, seed: int, *, permutations: int) -> dict[str, Any]:
     """Median errors with the first 1 .. m landmarks of random orders, and the time of an image."""
-    landmarks = learnt(bench, names, seed)
-    test = seen(bench, TEST).detections(names, seed + 1)
-    tried = tried_on(landmarks, album_of(bench, TEST, test))
+    landmarks = learnt(bench, names, boxes)
+    test = boxes(TEST)
+    tried = tried_on(landmarks, album_of(bench, TEST, names, boxes))
     rng = np.random.default_rng([seed, _ORDERS])
     medians = np.empty((permutations, len(names)))
     for row in medians:

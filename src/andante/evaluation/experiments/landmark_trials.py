@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from andante.data import Estimate, FloatArray, Frame
 from andante.evaluation.experiments.landmark_world import TRAIN, seen
+from andante.evaluation.experiments.plans import Scale
 from andante.evaluation.experiments.trials import Bench
 from andante.landmarks.boxes import Detection
 from andante.landmarks.views import ViewCutter
@@ -32,20 +33,53 @@ class Trialled:
         return [frame for frame, sights in enumerate(self.sights) if sights]
 
 
-def learnt(bench: Bench, names: Sequence[str], seed: int) -> LandmarkMap:
-    """Landmarks from the drive that is mapped."""
+Boxes = Callable[[str], list[list[Detection]]]
+"""A session -> what a detector says of every frame."""
+
+
+def boxes_by(bench: Bench, names: Sequence[str], seed: int, scale: Scale) -> Boxes:
+    """The detector that the scale asks for, of landmarks with these names.
+
+    One that learns takes its labels from the mapped drive; it needs the extras ``torch`` and ``landmarks``.
+    """
+    if scale.detector == "learnt":
+        return _learnt_boxes(bench, names, seed)
+    return lambda session: seen(bench, session).detections(names, seed + (session != TRAIN))
+
+
+def _learnt_boxes(bench: Bench, names: Sequence[str], seed: int) -> Boxes:
+    from andante.landmarks.labels import Labels
+    from andante.landmarks.training import TrainingConfig, train_detector
+
+    recording, frames = bench.recording(TRAIN), seen(bench, TRAIN).detections(names, seed)
+    labels = []
+    for name in names:
+        boxes = {k: one.box for k, frame in enumerate(frames) for one in frame if one.name == name}
+        labels.append(Labels(name, recording.name, boxes, frozenset(range(len(frames))) - boxes.keys()))
+    detector = train_detector([(recording, labels)], TrainingConfig(seed=seed), progress=bench.progress)
+
+    def boxes_in(session: str) -> list[list[Detection]]:
+        drive = bench.recording(session)
+        return [detector.detect(frame.image, drive.camera) for frame in drive.frames(colour=True)]
+
+    return boxes_in
+
+
+def learnt(bench: Bench, names: Sequence[str], boxes: Boxes) -> LandmarkMap:
+    """Landmarks with these names from the drive that is mapped."""
     with one_thread():
-        return LandmarkMap.learn(album_of(bench, TRAIN, seen(bench, TRAIN).detections(names, seed)))
+        return LandmarkMap.learn(album_of(bench, TRAIN, names, boxes))
 
 
-def album_of(bench: Bench, session: str, detections: Sequence[Sequence[Detection]]) -> Album:
-    """Views of all landmarks in a session."""
+def album_of(bench: Bench, session: str, names: Sequence[str], boxes: Boxes) -> Album:
+    """Views of the landmarks with these names in a session."""
+    detections = boxes(session)
     recording = bench.recording(session)
     camera = bench.plan.camera
     cutter = ViewCutter(recording.camera, (camera.height_px, camera.width_px))
 
     def spot(frame: Frame) -> Sequence[Detection]:
-        return detections[frame.info.index]
+        return [one for one in detections[frame.info.index] if one.name in names]
 
     return collect([(recording, cutter, spot)], LandmarkConfig().window)
 

@@ -13,7 +13,7 @@ from andante.angles import wrapped
 from andante.data import Estimate, FloatArray
 from andante.evaluation.experiments.contenders import ANDANTE, THESIS
 from andante.evaluation.experiments.landmark_scaling import curve_plot, curve_table, scaling
-from andante.evaluation.experiments.landmark_trials import Trialled, album_of, learnt, tried_on
+from andante.evaluation.experiments.landmark_trials import Boxes, Trialled, album_of, boxes_by, learnt, tried_on
 from andante.evaluation.experiments.landmark_world import (
     BOXES_NOTE,
     FIRST,
@@ -78,19 +78,22 @@ def run_landmarks(bench: Bench, seed: int, scale: Scale) -> Outcome:
     often = landmarks_seen_often(seen(bench, TRAIN), SCALED)
     parts = landmarks_of_parts(seen(large, TRAIN), _LARGE[0].count)
     tables, figures = list[Table](), dict[str, Any]()
-    for world, names, case in ((bench, often, _SMALL), *((large, parts, one) for one in _LARGE)):
-        table, figures[case.title] = _compared(world, names[: case.count], case, seed)
+    boxes, large_boxes = boxes_by(bench, often, seed, scale), boxes_by(large, parts, seed, scale)
+    table, figures[_SMALL.title] = _compared(bench, often[: _SMALL.count], _SMALL, boxes)
+    tables.append(table)
+    for case in _LARGE:
+        table, figures[case.title] = _compared(large, parts, case, large_boxes)
         tables.append(table)
-    curve = scaling(bench, often, seed, scale.permutations)
+    curve = scaling(bench, often, boxes, seed, permutations=scale.permutations)
     figures["scaling"] = curve
     return Outcome((*tables, curve_table(curve)), (curve_plot(curve),), figures, (ANDANTE, THESIS), _NOTES)
 
 
-def _compared(bench: Bench, names: Sequence[str], case: Case, seed: int) -> tuple[Table, dict[str, Any]]:
+def _compared(bench: Bench, names: Sequence[str], case: Case, boxes: Boxes) -> tuple[Table, dict[str, Any]]:
     """Each landmark, all of them together, and whole images, on one test session."""
     session = case.session
-    landmarks = learnt(bench, names, seed)
-    tried = tried_on(landmarks, album_of(bench, session, seen(bench, session).detections(names, seed + 1)))
+    landmarks = learnt(bench, names, boxes)
+    tried = tried_on(landmarks, album_of(bench, session, names, boxes))
     shown = np.array(tried.shown)
     bench.progress(f"landmarks {session}", 1, 3)
     rows: list[tuple[Cell, ...]] = []
