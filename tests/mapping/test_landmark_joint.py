@@ -20,8 +20,8 @@ OFF_MAP = Estimate(Status.OFF_MAP, "no mapped place", likeness=0.01)
 
 
 def test_both_agree_and_the_surer_one_counts_more():
-    both = joined(estimate(0.0, 0.1), estimate(0.1, 0.2))
-    assert both.x_m == pytest.approx(0.02)
+    both = joined(estimate(0.0, 0.1), estimate(0.1, 0.15))
+    assert both.x_m == pytest.approx(0.1 * (1 - 0.75) / (1 + 2.25 - 1.5))
     assert both.status is Status.OK
     assert both.reason == "at 0; at 0.1"
 
@@ -30,6 +30,12 @@ def test_what_comes_from_one_picture_is_never_surer_than_the_surer_half():
     for first, second in ((0.1, 0.1), (0.1, 0.2), (0.3, 0.05)):
         both = joined(estimate(0.0, first), estimate(0.05, second))
         assert both.radius_m == pytest.approx(RADIUS_OF_90_PERCENT * min(first, second))
+
+
+def test_equals_meet_in_the_middle_and_one_twice_as_unsure_adds_nothing():
+    assert joined(estimate(0.0, 0.1), estimate(0.1, 0.1)).x_m == pytest.approx(0.05)
+    assert joined(estimate(0.0, 0.1), estimate(0.1, 0.2)).x_m == pytest.approx(0.0)
+    assert joined(estimate(0.0, 0.3), estimate(0.1, 0.1)).x_m == pytest.approx(0.1)
 
 
 def test_where_they_disagree_the_surer_one_counts_degraded():

@@ -1,8 +1,8 @@
 """The whole image and the landmarks in it, each with an estimate of its own: what is made of both.
 
 The whole image sees everything, moved things and another season too; landmarks are few, and known. Both come from the
-same picture, so nothing is taken to be independent: what both agree on is no more certain than the surer one alone
-(covariance intersection, Julier and Uhlmann 1997).
+same picture, so they are not taken to be independent: their errors are correlated, one that is twice as unsure as the
+other adds nothing, and what both agree on is no more certain than the surer one alone.
 """
 
 from __future__ import annotations
@@ -11,10 +11,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from andante.angles import wrapped
 from andante.data import Estimate, FloatArray, Hypothesis, Status
-from andante.mapping.landmark_fusion import by_covariance
 from andante.mapping.uncertainty import RADIUS_OF_90_PERCENT
 
+_CORRELATION = 0.5
+"""Of the errors of both, as wide a guess as there is: none and all would be equally wrong."""
 _FAR_APART = 9.21
 """Squared distance in deviations that 99 % of honest pairs do not reach (chi square of two degrees of freedom)."""
 
@@ -45,9 +47,8 @@ def joined(whole: Estimate, landmarks: Estimate) -> Estimate:
             likeness=whole.likeness,
             hypotheses=_shared(surer.hypotheses, less.hypotheses),
         )
-    mean, fused = by_covariance(np.stack([xy, other]), np.stack([covariance, spread]), correlation=1.0)
-    if np.trace(fused) > np.trace(_position(surer)[1]):  # equal weights cost more than the other one brings
-        fused *= np.trace(_position(surer)[1]) / np.trace(fused)
+    share = _share_of_less(covariance, spread) if surer is whole else 1.0 - _share_of_less(spread, covariance)
+    mean, fused = xy + share * apart, _position(surer)[1]
     heading, variance = _heading(whole, landmarks)
     both = np.full((3, 3), np.nan)
     both[:2, :2] = fused
@@ -68,6 +69,15 @@ def joined(whole: Estimate, landmarks: Estimate) -> Estimate:
     )
 
 
+def _share_of_less(surer: FloatArray, less: FloatArray) -> float:
+    """Weight of the less sure of two with these covariances (2, 2): that of least variance for correlated errors.
+
+    It is not below zero; from 1 / correlation times the deviation of the surer one on, it brings nothing.
+    """
+    ratio = float(np.sqrt(np.trace(less) / np.trace(surer)))
+    return max(0.0, (1.0 - _CORRELATION * ratio) / (1.0 + ratio**2 - 2.0 * _CORRELATION * ratio))
+
+
 def _position(estimate: Estimate) -> tuple[FloatArray, FloatArray]:
     """Mean (2,) and covariance (2, 2) of an estimate with a pose."""
     covariance = estimate.covariance
@@ -76,17 +86,17 @@ def _position(estimate: Estimate) -> tuple[FloatArray, FloatArray]:
 
 
 def _heading(whole: Estimate, landmarks: Estimate) -> tuple[float | None, float]:
-    """The mean of both headings by their precision, and its variance, which is not less than that of the surer one."""
+    """The mean of both headings, weighted as positions are, and the variance of the surer one."""
     known = [
-        (one.heading_rad, float(one.covariance[2, 2]))
+        (float(one.covariance[2, 2]), one.heading_rad)
         for one in (whole, landmarks)
         if one.heading_rad is not None and one.covariance is not None and np.isfinite(one.covariance[2, 2])
     ]
     if not known:
         return None, np.nan
-    variances = np.array([variance for _, variance in known])
-    turn = np.exp(1j * np.array([heading for heading, _ in known]))
-    return float(np.angle((turn / variances).sum())), float(variances.min())
+    (variance, surer), (other, less) = min(known), max(known)
+    share = _share_of_less(np.array([[variance]]), np.array([[other]]))
+    return wrapped(surer + share * wrapped(less - surer)), variance
 
 
 def _shared(first: tuple[Hypothesis, ...], second: tuple[Hypothesis, ...]) -> tuple[Hypothesis, ...]:
