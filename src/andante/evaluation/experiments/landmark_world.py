@@ -6,7 +6,7 @@ own, and some boxes are missed. A detector that has learnt can take their place.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
@@ -136,12 +136,10 @@ def seen(bench: Bench, session: str) -> Seen:
         recording = SimulatedRecording(bench.plan, session)
         count = len(recording.infos)
         names = _candidates(bench.plan)
-        rows: list[FloatArray] = []
-        with ProcessPoolExecutor(bench.workers, get_context("spawn")) as pool:
-            work = pool.map(_boxes, [(bench.plan, session, names, index) for index in range(count)], chunksize=8)
-            for row in work:
-                rows.append(row)
-                bench.progress(f"boxes {session}", len(rows), count)
+        rows = list[FloatArray]()
+        for row in _all_boxes(bench, [(bench.plan, session, names, index) for index in range(count)]):
+            rows.append(row)
+            bench.progress(f"boxes {session}", len(rows), count)
         known = np.nan_to_num(np.round(np.stack(rows), _DECIMALS), nan=-9.0)
         stored = {"names": names, "boxes": known.tolist()}
         bench.store.save(key, stored)
@@ -231,8 +229,21 @@ def _candidates(plan: Plan) -> list[str]:
     return names
 
 
-def _boxes(task: tuple[Plan, str, Sequence[str], int]) -> FloatArray:
-    """(k, 4) of one frame, in a process of its own."""
+_Task = tuple[Plan, str, Sequence[str], int]
+"""A session of a plan, names of things and the number of a frame."""
+
+
+def _all_boxes(bench: Bench, tasks: Sequence[_Task]) -> Iterator[FloatArray]:
+    """``_boxes`` of all, in order, in as many processes as the bench may have."""
+    if bench.workers == 1:
+        yield from map(_boxes, tasks)
+        return
+    with ProcessPoolExecutor(bench.workers, get_context("spawn")) as pool:
+        yield from pool.map(_boxes, tasks, chunksize=8)
+
+
+def _boxes(task: _Task) -> FloatArray:
+    """(k, 4) of one frame."""
     plan, session, names, index = task
     recording, finder, numbers = _eyes(plan, session)
     ids = recording.rendering(index).object_id

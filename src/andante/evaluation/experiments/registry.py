@@ -107,9 +107,9 @@ EXPERIMENTS = (
     ),
     Experiment(
         name="landmarks",
-        title="Views of landmarks, each an estimator of its own, and all of them together",
-        source="7.4, tables 7.1 and 7.3, figure 7.12",
-        thesis="median 0.16 m in the small garden, 2.22 and 2.57 m in the large one",
+        title="Landmarks, one by one and together",
+        source="7.4, tables 7.1, 7.3, figure 7.12",
+        thesis="median 0.16 m; 2.22 and 2.57 m in a large garden",
         plan=small_plan,
         run=run_landmarks,
         small=Scale(frames=300, image_px=320, permutations=10),
