@@ -43,6 +43,7 @@ def test_list_as_json(andante):
         "gaze",
         "navigation",
         "comparison",
+        "landmarks",
     ]
     assert [one["name"] for one in listed] == names
     assert all(set(one) == {"name", "title", "source", "thesis"} for one in listed)

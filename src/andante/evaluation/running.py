@@ -91,9 +91,10 @@ def run_on_features(
 
     The time of that first pass counts fully for every localizer, and so do the seconds of encoding in each frame.
     """
-    with one_thread(), FeatureStore(front_end.dim + front_end.phase_dim) as store:
+    ends = front_end.dim, front_end.dim + front_end.phase_dim
+    with one_thread(), FeatureStore(ends[1] + front_end.landmark_dim) as store:
         encoding = _encode(front_end, recording, store, progress)
-        return [_run_one(localizer, encoding, store, front_end.dim) for localizer in localizers]
+        return [_run_one(localizer, encoding, store, ends) for localizer in localizers]
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +135,8 @@ def _encode(front_end: FrontEnd, recording: Recording, store: FeatureStore, prog
         start = time.perf_counter()
         try:
             encoded = front_end.encode(frame.image)
-            vector, blank = np.concatenate([encoded.features, encoded.phase], axis=1), None
+            landmarks = [] if encoded.landmarks is None else [encoded.landmarks]
+            vector, blank = np.concatenate([encoded.features, encoded.phase, *landmarks], axis=1), None
         except BlankImageError as error:
             vector, blank = None, str(error)
         return vector, blank, time.perf_counter() - start
@@ -149,8 +151,9 @@ def _encode(front_end: FrontEnd, recording: Recording, store: FeatureStore, prog
     return _Encoding(frames, tuple(skips.seen), time.perf_counter() - start)
 
 
-def _run_one(localizer: FeatureLocalizer, encoding: _Encoding, store: FeatureStore, dim: int) -> Run:
-    vectors = (Encoded(row[None, :dim], row[None, dim:]) for _, rows in store.chunks() for row in rows)
+def _run_one(localizer: FeatureLocalizer, encoding: _Encoding, store: FeatureStore, ends: tuple[int, int]) -> Run:
+    """``ends`` are the columns where features and phases end; what is left are landmarks."""
+    vectors = (_split(row[None], *ends) for _, rows in store.chunks() for row in rows)
     frames = []
     for frame in encoding.frames:
         vector = next(vectors) if frame.blank is None else None
@@ -159,3 +162,9 @@ def _run_one(localizer: FeatureLocalizer, encoding: _Encoding, store: FeatureSto
         frames.append(LocalizedFrame(frame.info, estimate, frame.seconds + time.perf_counter() - start))
     alone_s = sum(after.seconds - before.seconds for after, before in zip(frames, encoding.frames, strict=True))
     return Run(tuple(frames), encoding.skipped, encoding.wall_s + alone_s)
+
+
+def _split(row: NDArray[np.float32], features: int, phases: int) -> Encoded:
+    """A stored row (1, d) as what it was made of."""
+    landmarks = row[:, phases:] if phases < row.shape[1] else None
+    return Encoded(row[:, :features], row[:, features:phases], landmarks)

@@ -30,8 +30,18 @@ from andante.mapping.calibration import Calibration
 from andante.mapping.compact import CompactModel
 from andante.mapping.compass import Compass
 from andante.mapping.config import MapConfig
-from andante.mapping.consistency import check_compass, check_memory, check_parts, check_scenery, check_sources
+from andante.mapping.consistency import (
+    check_compass,
+    check_landmarks,
+    check_memory,
+    check_parts,
+    check_scenery,
+    check_sources,
+)
 from andante.mapping.frontend import FrontEnd
+from andante.mapping.landmark_config import LandmarkConfig
+from andante.mapping.landmark_lesson import LandmarkCalibration
+from andante.mapping.landmarks import LandmarkMap
 from andante.mapping.memory import Source, memory_arrays, memory_of, rows_of
 from andante.mapping.network import network_arrays, network_of
 from andante.mapping.readout import LocalReadout
@@ -40,6 +50,7 @@ from andante.mapping.scenery import Scenery
 from andante.mapping.slow_map import SlowMap, Unit
 
 SCHEMA = 3
+MOST_LANDMARKS = 200
 MAX_BYTES = 2**31
 _KEY = "andante"
 _DTYPES = ("F16", "F32", "F64", "I8", "I64", "U32")
@@ -51,6 +62,14 @@ _READOUTS: dict[str, type[LocalReadout] | type[PolynomialReadout] | type[Gaussia
     "polynomial": PolynomialReadout,
     "gaussian-process": GaussianProcessReadout,
 }
+
+
+class _Landmarks(BaseModel):
+    """What a map says of its landmarks beside their arrays; absent where it has none."""
+
+    names: Annotated[tuple[str, ...], Field(min_length=1, max_length=MOST_LANDMARKS)]
+    calibration: LandmarkCalibration
+    config: LandmarkConfig
 
 
 class _Header(BaseModel):
@@ -65,6 +84,7 @@ class _Header(BaseModel):
     image_shape: tuple[_Side, _Side]
     calibration: Calibration
     sources: tuple[Source, ...]
+    landmarks: _Landmarks | None = None
 
 
 def write_map(slowmap: SlowMap, path: str | Path) -> int:
@@ -77,6 +97,8 @@ def write_map(slowmap: SlowMap, path: str | Path) -> int:
         arrays |= _prefixed("compass", slowmap.compass.to_arrays())
     if slowmap.scenery is not None:
         arrays |= _prefixed("scenery", slowmap.scenery.to_arrays())
+    if slowmap.landmarks is not None:
+        arrays |= _prefixed("landmarks", slowmap.landmarks.to_arrays())
     arrays["pictures"] = np.concatenate(slowmap.pictures)
     if slowmap.memory is not None:
         arrays |= _prefixed(_MEMORY, memory_arrays(slowmap.memory))
@@ -121,8 +143,9 @@ def read_map(path: str | Path, *, with_memory: bool = False) -> SlowMap:
 
 
 def _header(slowmap: SlowMap, path: Path) -> dict[str, Any]:
-    front_end = slowmap.front_end
-    return {
+    front_end, landmarks = slowmap.front_end, slowmap.landmarks
+    known = {} if landmarks is None else {"landmarks": _landmarks_header(landmarks)}
+    return known | {
         "schema": SCHEMA,
         "package_version": version("andante"),
         "name": slowmap.name,
@@ -134,6 +157,14 @@ def _header(slowmap: SlowMap, path: Path) -> dict[str, Any]:
         "image_shape": list(front_end.image_shape),
         "calibration": dataclasses.asdict(slowmap.calibration),
         "sources": [_source(source, path) for source in slowmap.sources],
+    }
+
+
+def _landmarks_header(landmarks: LandmarkMap) -> dict[str, Any]:
+    return {
+        "names": list(landmarks.names),
+        "calibration": dataclasses.asdict(landmarks.calibration),
+        "config": landmarks.config.model_dump(mode="json"),
     }
 
 
@@ -241,7 +272,17 @@ def _assembled(header: _Header, arrays: dict[str, NDArray[Any]], path: Path) -> 
         unit=header.unit,
         name=header.name,
         memory=memory,
+        landmarks=_landmarks(header.landmarks, _section("landmarks", arrays)),
     )
+
+
+def _landmarks(header: _Landmarks | None, arrays: dict[str, NDArray[Any]]) -> LandmarkMap | None:
+    """Checked; ``None`` where the map has none."""
+    if header is None:
+        return None
+    landmarks = LandmarkMap.from_arrays(arrays, header.names, header.calibration, header.config)
+    check_landmarks(landmarks)
+    return landmarks
 
 
 def _compass(front_end: FrontEnd, arrays: dict[str, NDArray[Any]]) -> Compass | None:

@@ -15,6 +15,7 @@ from andante.mapping.compact import CompactModel
 from andante.mapping.compass import Compass
 from andante.mapping.config import MAX_DEGREE
 from andante.mapping.frontend import FrontEnd
+from andante.mapping.landmarks import LandmarkMap
 from andante.mapping.located import Readout
 from andante.mapping.memory import Source, phase_of, rows_of
 from andante.mapping.readout import LocalReadout
@@ -52,6 +53,27 @@ def check_compass(compass: Compass) -> None:
         raise MapError(f"a compass of {count} places of {compass.cell_m:g} m")
     if (np.abs(compass.xy) > _FARTHEST).any():
         raise MapError(f"array compass.xy holds numbers beyond {_FARTHEST:g}")
+
+
+def check_landmarks(landmarks: LandmarkMap) -> None:
+    """Whether each landmark's window, slow features, readout and geometry fit each other; raises ``MapError``."""
+    _expect("landmarks.places", landmarks.places, (len(landmarks.places), 3), "f8")
+    for number, one in enumerate(landmarks.models):
+        section, rows = f"landmarks.{number}", one.model.weights.shape[0]
+        _expect(f"{section}.model.mean", one.model.mean, (one.view_dim,), "f4")
+        _expect(f"{section}.model.weights", one.model.weights, (rows, one.view_dim), "f2")
+        _expect(f"{section}.model.scale", one.model.scale, (rows,), "f4")
+        _expect(f"{section}.model.deltas", one.model.deltas, (rows,), "f8")
+        if one.model.quadratic is not None:
+            raise MapError(f"{section} has a quadratic model, landmarks have linear ones")
+        _check_local(one.readout, rows)
+        _expect_positive(one.scale, one.error_m)
+        if one.geometry is not None:
+            _expect_positive(one.geometry.bearing_rad, one.geometry.rise_sigma)
+    known = landmarks.calibration
+    _expect_positive(known.radius_factor, known.usual_radius_m, known.heading_factor or 1.0)
+    if not 0.0 <= known.correlation <= 1.0:
+        raise MapError(f"the errors of landmarks have a correlation of {known.correlation}, from 0 to 1 is allowed")
 
 
 def check_scenery(scenery: Scenery) -> None:

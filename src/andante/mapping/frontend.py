@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import copy
 import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,6 +18,7 @@ from andante.data import CameraSpec, ImageArray
 from andante.errors import BlankImageError, ConfigError, ImageError, RecordingError
 from andante.features import FourierEncoder, NetworkEncoder, PhaseEncoder, PixelEncoder
 from andante.mapping.config import FeatureConfig, PanoramaConfig
+from andante.mapping.landmarks import LandmarkEye
 from andante.protocols import Encoder, Recording
 from andante.sfa import HierarchicalModel
 
@@ -30,11 +32,13 @@ _CIRCLE_FRAMES = 12
 class Encoded:
     """n pictures as a map sees them: ``features`` (n, d) and ``phase`` (n, p) float32.
 
-    Phases are signatures of ``PhaseEncoder``; p is 0 for cameras that do not look all around.
+    Phases are signatures of ``PhaseEncoder``; p is 0 for cameras that do not look all around. ``landmarks`` (n, s) are
+    signatures of ``LandmarkMap``, ``None`` where nobody looks for landmarks.
     """
 
     features: NDArray[np.float32]
     phase: NDArray[np.float32]
+    landmarks: NDArray[np.float32] | None = None
 
 
 def make_encoder(
@@ -111,6 +115,7 @@ class FrontEnd:
         self.panorama_shape = self._unwrappers[image_shape].shape
         self.network = network
         self._encoder = None if self.lacks_network else self._made_encoder()
+        self._landmarks: LandmarkEye | None = None
 
     @property
     def feature_kind(self) -> Kind:
@@ -147,10 +152,22 @@ class FrontEnd:
         """Length of a phase signature, 0 where there is none."""
         return 0 if self.phase_encoder is None else self.phase_encoder.dim
 
+    @property
+    def landmark_dim(self) -> int:
+        """Length of a signature of landmarks, 0 where nobody looks for any."""
+        return 0 if self._landmarks is None else self._landmarks.dim
+
+    def with_landmarks(self, eye: LandmarkEye) -> FrontEnd:
+        """The same features, and what ``eye`` sees of landmarks; raises ``ConfigError`` unless this is a fisheye."""
+        front_end = copy.copy(self)
+        front_end._landmarks = eye.for_camera(self.camera, self.image_shape)
+        return front_end
+
     def with_network(self, network: HierarchicalModel) -> FrontEnd:
         """The same panoramas, and the features that a network makes of them."""
         panorama = PanoramaConfig(**dataclasses.asdict(self.geometry))
-        return FrontEnd(self.camera, self.image_shape, panorama, self._feature_config, network)
+        front_end = FrontEnd(self.camera, self.image_shape, panorama, self._feature_config, network)
+        return front_end if self._landmarks is None else front_end.with_landmarks(self._landmarks)
 
     def with_camera(self, camera: CameraSpec, image_shape: tuple[int, int]) -> FrontEnd:
         """The same features from another camera; raises ``ConfigError`` where the panoramas do not match."""
@@ -161,7 +178,7 @@ class FrontEnd:
                 f"this map was made from {self.camera.model} images giving panoramas of {_size(self.panorama_shape)}, "
                 f"the new {camera.model} camera gives {_size(other.panorama_shape)}; use a camera like the map's"
             )
-        return other
+        return other if self._landmarks is None else other.with_landmarks(self._landmarks)
 
     def for_recording(self, recording: Recording) -> FrontEnd:
         """The same features from the camera of a recording, whose image circle is found where it is not declared."""
@@ -207,7 +224,8 @@ class FrontEnd:
     def encode(self, image: ImageArray) -> Encoded:
         """One picture (height, width[, 3]) uint8 -> all that a map wants of it; raises as ``grey_panorama`` does."""
         panorama = self.grey_panorama(image)[None]
-        return Encoded(self.encoder.encode(panorama), self.phases(panorama))
+        landmarks = None if self._landmarks is None else self._landmarks.signature(image)[None]
+        return Encoded(self.encoder.encode(panorama), self.phases(panorama), landmarks)
 
     def _made_encoder(self) -> Encoder:
         wrap = self.camera.heading_invariant

@@ -8,7 +8,7 @@ that stays as it was first learnt: with it given, the same holds.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -137,7 +137,7 @@ def update_map(
         trial = _tried(slowmap, memory, session, force=force)
     sessions = [*memory, session]
     learnt = learn_map(sessions, slowmap.front_end, slowmap.asked, name=slowmap.name, progress=progress, log=log)
-    return learnt, trial
+    return replace(learnt, landmarks=slowmap.landmarks), trial
 
 
 def merge_maps(
@@ -156,7 +156,7 @@ def merge_maps(
         _require_drive(first, session)
     trials = tuple(_tried(first, memory, session, force=force) for session in new)
     merged = learn_map([*memory, *new], first.front_end, first.asked, name=first.name, progress=progress)
-    return merged, trials
+    return replace(merged, landmarks=first.landmarks), trials
 
 
 def _memory_of(slowmap: SlowMap) -> tuple[MappedSession, ...]:

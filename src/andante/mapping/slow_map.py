@@ -11,13 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andante.data import CameraSpec, Estimate, FloatArray, Hypothesis, ImageArray, Status
-from andante.errors import BlankImageError, ImageError
+from andante.errors import BlankImageError, ImageError, MapError
 from andante.mapping.calibration import Calibration, Fold
 from andante.mapping.compact import CompactModel
 from andante.mapping.compass import Compass
 from andante.mapping.config import MapConfig
 from andante.mapping.frontend import Encoded, FrontEnd
 from andante.mapping.judgement import judge
+from andante.mapping.landmark_joint import joined
+from andante.mapping.landmarks import LandmarkDetector, LandmarkEye, LandmarkMap
 from andante.mapping.located import Readout
 from andante.mapping.locating import Locator, Sighting
 from andante.mapping.memory import MappedSession, Source
@@ -41,6 +43,7 @@ class SlowMap:
     open. ``compass`` tells headings, where those of the drives are known and the camera looks all around; ``scenery``
     finds images that were taken away from all mapped places. ``pictures`` are the fingerprints of each source's frames.
     ``memory`` are the sessions themselves, where the map remembers them: what ``andante update`` learns from again.
+    ``landmarks`` are those that were taught here; they count in estimates once ``with_detector`` says who finds them.
     """
 
     config: MapConfig
@@ -56,6 +59,7 @@ class SlowMap:
     unit: Unit = "m"
     name: str = "andante"
     memory: tuple[MappedSession, ...] | None = field(default=None, repr=False)
+    landmarks: LandmarkMap | None = None
 
     @classmethod
     def load(cls, path: str | Path, *, with_memory: bool = False) -> SlowMap:
@@ -83,6 +87,16 @@ class SlowMap:
         """The same map for another camera, ``image`` being one of its pictures."""
         return replace(self, front_end=self.front_end.with_camera(camera, (image.shape[0], image.shape[1])))
 
+    def with_detector(self, detector: LandmarkDetector) -> SlowMap:
+        """The same map, which goes by its landmarks as well, as ``detector`` finds them in images.
+
+        Raises ``MapError`` for a map without landmarks, ``ConfigError`` for one of a camera that is no fisheye.
+        """
+        if self.landmarks is None:
+            raise MapError("this map has no landmarks to look for; teach some with: andante teach")
+        eye = LandmarkEye(self.landmarks, detector, self.front_end.camera, self.front_end.image_shape)
+        return replace(self, front_end=self.front_end.with_landmarks(eye))
+
     def slow_features(self, image: ImageArray) -> FloatArray:
         """(height, width[, 3]) uint8 -> (k,) slow features, slowest first."""
         slow: FloatArray = self.model.transform(self.front_end.features(image)[None])[0]
@@ -106,6 +120,13 @@ class SlowMap:
 
     def estimate(self, encoded: Encoded, slow: FloatArray | None = None) -> Estimate:
         """The same as ``localize`` from one picture that is encoded already, and ``slow`` (1, k) as for ``sight``."""
+        whole = self._by_whole_image(encoded, slow)
+        if self.landmarks is None or encoded.landmarks is None:
+            return whole
+        return joined(whole, self.landmarks.estimate(encoded.landmarks[0]))
+
+    def _by_whole_image(self, encoded: Encoded, slow: FloatArray | None) -> Estimate:
+        """What slow features and phases of the panorama say, landmarks or not."""
         sighting = self.sight(encoded, slow)
         on_path = self._on_path(sighting, encoded)
         bounds = self.calibration.views
@@ -145,6 +166,7 @@ class SlowMap:
             "tells_heading": self.tells_heading,
             "compass_places": 0 if self.compass is None else len(self.compass.codes),
             "updatable": self.asked.memory.keep,
+            "landmarks": [] if self.landmarks is None else self.landmarks.describe(),
             "recordings": [
                 {
                     "name": source.name,

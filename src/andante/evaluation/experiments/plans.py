@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, get_args
+from typing import Annotated, Literal, get_args
 
 import numpy as np
 from pydantic import Field
@@ -29,6 +29,7 @@ class Scale(Settings):
     ``permutations`` of them are for the experiments with many sessions, ``runs`` of every scenario for stress. With
     fewer frames the thesis' regression, of 45 terms, could not be learnt from 70 % of them. ``errands`` (random pairs
     of places) and ``repeats`` (of four fixed pairs) are for navigation, whose images are panoramas ``image_px`` wide.
+    ``detector`` is for landmarks: boxes of the simulator, or of a detector that learns from them on the mapped drive.
     """
 
     frames: Annotated[int, Field(ge=70, le=20_000)]
@@ -38,6 +39,7 @@ class Scale(Settings):
     runs: Annotated[int, Field(ge=1, le=10_000)] = 1
     errands: Annotated[int, Field(ge=1, le=10_000)] = 1
     repeats: Annotated[int, Field(ge=1, le=100)] = 1
+    detector: Literal["simulator", "learnt"] = "simulator"
 
 
 def long_term_plan(seed: int, scale: Scale) -> Plan:

@@ -8,6 +8,8 @@ from andante.errors import InputError
 from andante.evaluation.experiments.comparison import run_comparison
 from andante.evaluation.experiments.comparison_world import MAPPED_FRAMES, comparison_plan
 from andante.evaluation.experiments.gaze import run_gaze
+from andante.evaluation.experiments.landmark_world import small_plan
+from andante.evaluation.experiments.landmarks import run_landmarks
 from andante.evaluation.experiments.long_term import run_long_term
 from andante.evaluation.experiments.navigation import run_navigation
 from andante.evaluation.experiments.navigation_world import navigation_plan
@@ -125,6 +127,16 @@ EXPERIMENTS = (
         run=run_comparison,
         small=Scale(frames=284, image_px=480),
         full=Scale(frames=MAPPED_FRAMES, image_px=480),
+    ),
+    Experiment(
+        name="landmarks",
+        title="Landmarks, one by one and together",
+        source="7.4, tables 7.1, 7.3, figure 7.12",
+        thesis="median 0.16 m; 2.22 and 2.57 m in a large garden",
+        plan=small_plan,
+        run=run_landmarks,
+        small=Scale(frames=300, image_px=320, permutations=10),
+        full=Scale(frames=2000, image_px=480, permutations=50),
     ),
 )
 

@@ -1,0 +1,101 @@
+"""Landmarks learnt from one session and tried on another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from andante.data import Estimate, FloatArray, Frame
+from andante.evaluation.experiments.landmark_world import TRAIN, seen
+from andante.evaluation.experiments.plans import Scale
+from andante.evaluation.experiments.trials import Bench
+from andante.landmarks.boxes import Detection
+from andante.landmarks.views import ViewCutter
+from andante.mapping.landmark_config import LandmarkConfig
+from andante.mapping.landmark_lesson import Album, collect
+from andante.mapping.landmark_sights import Sight
+from andante.mapping.landmarks import LandmarkMap
+from andante.sfa import one_thread
+
+
+@dataclass(frozen=True, eq=False)
+class Trialled:
+    """Landmarks on one test session: what each says of every frame that shows it, by frame and landmark."""
+
+    landmarks: LandmarkMap
+    truth: FloatArray
+    sights: tuple[tuple[Sight, ...], ...]
+    estimates: tuple[Estimate, ...]
+
+    @property
+    def shown(self) -> list[int]:
+        """Frames that show a landmark."""
+        return [frame for frame, sights in enumerate(self.sights) if sights]
+
+
+Boxes = Callable[[str], list[list[Detection]]]
+"""A session -> what a detector says of every frame."""
+
+
+def boxes_by(bench: Bench, names: Sequence[str], seed: int, scale: Scale) -> Boxes:
+    """The detector that the scale asks for, of landmarks with these names.
+
+    One that learns takes its labels from the mapped drive; it needs the extras ``torch`` and ``landmarks``.
+    """
+    if scale.detector == "learnt":
+        return _learnt_boxes(bench, names, seed)
+    return lambda session: seen(bench, session).detections(names, seed + (session != TRAIN))
+
+
+def _learnt_boxes(bench: Bench, names: Sequence[str], seed: int) -> Boxes:
+    from andante.landmarks.labels import Labels
+    from andante.landmarks.training import TrainingConfig, train_detector
+
+    recording, frames = bench.recording(TRAIN), seen(bench, TRAIN).detections(names, seed)
+    labels = []
+    for name in names:
+        boxes = {k: one.box for k, frame in enumerate(frames) for one in frame if one.name == name}
+        labels.append(Labels(name, recording.name, boxes, frozenset(range(len(frames))) - boxes.keys()))
+    detector = train_detector([(recording, labels)], TrainingConfig(seed=seed), progress=bench.progress)
+
+    def boxes_in(session: str) -> list[list[Detection]]:
+        drive = bench.recording(session)
+        return [detector.detect(frame.image, drive.camera) for frame in drive.frames(colour=True)]
+
+    return boxes_in
+
+
+def learnt(bench: Bench, names: Sequence[str], boxes: Boxes) -> LandmarkMap:
+    """Landmarks with these names from the drive that is mapped."""
+    with one_thread():
+        return LandmarkMap.learn(album_of(bench, TRAIN, names, boxes))
+
+
+def album_of(bench: Bench, session: str, names: Sequence[str], boxes: Boxes) -> Album:
+    """Views of the landmarks with these names in a session."""
+    detections = boxes(session)
+    recording = bench.recording(session)
+    camera = bench.plan.camera
+    cutter = ViewCutter(recording.camera, (camera.height_px, camera.width_px))
+
+    def spot(frame: Frame) -> Sequence[Detection]:
+        return [one for one in detections[frame.info.index] if one.name in names]
+
+    return collect([(recording, cutter, spot)], LandmarkConfig().window)
+
+
+def tried_on(landmarks: LandmarkMap, album: Album) -> Trialled:
+    """What mapped landmarks say of the frames of an album."""
+    rows: list[list[Sight]] = [[] for _ in range(len(album))]
+    by_name = {one.name: one for one in album.views}
+    with one_thread():
+        for model in landmarks.models:
+            views = by_name.get(model.name)
+            if views is None:
+                continue
+            located = model.locate(views.pictures)
+            for k, frame in enumerate(views.frame.tolist()):
+                agreement = float(located.agreement[k])
+                rows[frame].append(Sight(model, views.boxes[k], located.xy[k], located.covariance[k], agreement))
+    estimates = tuple(landmarks.estimate_of(row) for row in rows)
+    return Trialled(landmarks, album.poses, tuple(map(tuple, rows)), estimates)

@@ -1,0 +1,55 @@
+"""Recordings and a detector in, a map with landmarks out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+from andante.data import CameraSpec, Frame
+from andante.errors import ConfigError
+from andante.landmarks.boxes import Detection
+from andante.landmarks.views import ViewCutter
+from andante.mapping.frontend import camera_and_size
+from andante.mapping.landmark_config import LandmarkConfig
+from andante.mapping.landmark_lesson import Spotter, collect
+from andante.mapping.landmarks import LandmarkDetector, LandmarkMap
+from andante.mapping.slow_map import SlowMap
+from andante.protocols import Recording
+from andante.sfa import one_thread
+
+
+def add_landmarks(
+    slowmap: SlowMap,
+    recordings: Sequence[Recording],
+    detector: LandmarkDetector,
+    config: LandmarkConfig | None = None,
+) -> SlowMap:
+    """The same map with the landmarks that ``detector`` finds in recordings of the same place and frame of reference.
+
+    Localizing goes by them as well from then on. Raises ``ConfigError`` for a map of numbered places or of odometry, or
+    a camera that is no fisheye, ``LearningError`` where no landmark is seen often enough.
+    """
+    if slowmap.unit != "m" or slowmap.config.positions == "odometry":
+        raise ConfigError(
+            "landmarks need reference poses in metres, and this map was made from "
+            f"{slowmap.config.positions}; record with reference poses (x_m, y_m, heading_rad in frames.csv)"
+        )
+    landmarks = map_landmarks(recordings, detector, config)
+    return replace(slowmap, landmarks=landmarks).with_detector(detector)
+
+
+def map_landmarks(
+    recordings: Sequence[Recording], detector: LandmarkDetector, config: LandmarkConfig | None = None
+) -> LandmarkMap:
+    """Landmarks alone; raises ``LearningError`` where none is seen often enough, ``ConfigError`` for other cameras."""
+    config, drives = config or LandmarkConfig(), list[tuple[Recording, ViewCutter, Spotter]]()
+    for recording in recordings:
+        camera, shape = camera_and_size(recording)
+        drives.append((recording, ViewCutter(camera, shape), partial(_spotted, detector, camera)))
+    with one_thread():
+        return LandmarkMap.learn(collect(drives, config.window), config)
+
+
+def _spotted(detector: LandmarkDetector, camera: CameraSpec, frame: Frame) -> Sequence[Detection]:
+    return detector.detect(frame.image, camera)

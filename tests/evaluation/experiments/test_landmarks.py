@@ -1,0 +1,103 @@
+"""Landmarks in simulated gardens: how they are chosen, how a detector errs, and the whole experiment, tiny."""
+
+import json
+
+import numpy as np
+import pytest
+
+from andante.evaluation.experiments import run_experiment
+from andante.evaluation.experiments.landmark_scaling import curve_table
+from andante.evaluation.experiments.landmark_world import (
+    FIRST,
+    SECOND,
+    TEST,
+    TRAIN,
+    Seen,
+    landmarks_of_parts,
+    landmarks_seen_often,
+    large_plan,
+    small_plan,
+)
+from andante.evaluation.experiments.plans import Scale
+
+TINY = Scale(frames=70, image_px=64, permutations=2)
+
+
+def seen_of(shares: dict[str, slice], frames: int = 100, azimuths: dict[str, float] | None = None) -> Seen:
+    """Objects of 15 x 15 degrees that some of the frames show."""
+    boxes = np.full((frames, len(shares), 4), np.nan)
+    for column, (name, shown) in enumerate(shares.items()):
+        boxes[shown, column] = ((azimuths or {}).get(name, 0.3 * column), 0.15, 0.26, 0.26)
+    return Seen(tuple(shares), boxes)
+
+
+def test_both_gardens_are_as_large_as_the_thesis():
+    small, large = small_plan(5, TINY), large_plan(5, TINY)
+    assert (small.garden.size_x_m, small.garden.size_y_m) == (18, 18)
+    assert (large.garden.size_x_m, large.garden.size_y_m) == (57, 44)
+    assert [one.name for one in small.sessions] == [TRAIN, TEST]
+    assert [one.name for one in large.sessions] == [TRAIN, FIRST, SECOND]
+    conditions = [one.conditions for one in large.sessions]
+    assert len({one.model_dump_json() for one in conditions}) == 3
+    assert all(one.objects for one in large.sessions[1:])
+
+
+def test_what_is_always_seen_is_spread_over_the_horizon():
+    everything = slice(None)
+    found = seen_of(
+        {"oak1": everything, "oak2": everything, "shed1": everything, "lamp1": slice(0, 20)},
+        azimuths={"oak1": 0.0, "oak2": 0.1, "shed1": 3.1, "lamp1": 1.5},
+    )
+    assert landmarks_seen_often(found, 2) == ["oak1", "shed1"]
+    assert set(landmarks_seen_often(found, 3)) == {"oak1", "oak2", "shed1"}
+    assert len(landmarks_seen_often(found, 4)) == 4  # the lamp where there is nothing better
+
+
+def test_parts_are_chosen_to_cover_the_drive():
+    found = seen_of(
+        {"shed1": slice(0, 30), "shed2": slice(5, 35), "oak1": slice(60, 90), "hut1": slice(0, 80), "pot1": slice(0, 5)}
+    )
+    assert landmarks_of_parts(found, 2) == ["shed1", "oak1"]
+    assert "hut1" not in landmarks_of_parts(found, 5)
+    assert "pot1" not in landmarks_of_parts(found, 5)
+
+
+def test_a_detector_errs_the_same_way_each_time_and_not_much():
+    found = seen_of({"oak1": slice(None), "shed1": slice(0, 50)}, frames=2000)
+    first, again = found.detections(["oak1"], 3), found.detections(["oak1"], 3)
+    assert first == again
+    assert first != found.detections(["oak1"], 4)
+    boxes = np.array([(one.box.azimuth_rad, one.box.width_rad) for frame in first for one in frame])
+    assert 0.97 < len(boxes) / 2000 < 1.0
+    # Edges are off by 4 % of the width each: the middle by 0.04 / sqrt 2 of it, the width by 0.04 sqrt 2.
+    assert boxes[:, 0].std() == pytest.approx(0.26 * 0.04 / np.sqrt(2), rel=0.15)
+    assert boxes[:, 1].std() == pytest.approx(0.26 * 0.04 * np.sqrt(2), rel=0.15)
+    assert not any(found.detections(["shed1"], 3)[100:])
+
+
+def test_the_curve_has_a_row_for_each_number_of_landmarks():
+    keys = ("median_m", "variance_m2", "lowest_m", "highest_m", "ms_per_image")
+    curve = {key: [1.0, 0.5] for key in keys} | {"landmarks": ["a", "b"], "permutations": 50}
+    table = curve_table(curve)
+    assert [row[0] for row in table.rows] == ["1", "2"]
+    assert "50 random orders" in table.title
+
+
+def test_the_experiment_runs_and_tells_the_thesis_beside(embree, tmp_path, monkeypatch):
+    monkeypatch.setattr("andante.evaluation.experiments.landmarks.SCALED", 3)
+    written = run_experiment("landmarks", tmp_path, scale=TINY, cache=tmp_path / "cache", seed=5)
+    small, first, second, curve = written.outcome.tables
+    assert [row[0] for row in small.rows][3:] == [
+        "combined by inverse error",
+        "combined",
+        "whole image, thesis' choices",
+        "whole image, andante",
+        "both",
+    ]
+    assert small.rows[4][-1] == 0.16
+    assert (first.rows[-4][-1], second.rows[-4][-1]) == (2.22, 2.57)
+    assert len(curve.rows) == 3
+    figures = json.loads(written.json.read_text())["figures"]
+    combined = figures[small.title]["localizers"]["combined"]
+    assert combined["median_m"] < 2.0
+    assert combined["share_percent"] > 90
