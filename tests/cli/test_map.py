@@ -17,7 +17,7 @@ def test_json_tells_all(garden):
     assert len(values["deltas"]) == values["slow_features"] > 0
     assert values["feature_dim"] > values["slow_features"]
     assert values["bytes"] == garden.map.stat().st_size
-    assert set(values["seconds"]) == {"decode", "network", "features", "learn", "readout", "total"}
+    assert set(values["seconds"]) == {"decode", "network", "features", "learn", "readout", "landmarks", "total"}
     assert values["seconds"]["total"] >= values["seconds"]["learn"] > 0
     assert values["skipped"] == []
     assert (values["stationary"], values["without_position"]) == (0, 0)

@@ -17,6 +17,7 @@ from andante.cli import (
     export,
     history,
     info,
+    learn_landmarks,
     localize,
     merge,
     navigate,
@@ -86,6 +87,7 @@ app.command("rollback", epilog=history.ROLLBACK_EPILOG)(history.rollback)
 app.command("simulate", epilog=simulate.EPILOG)(simulate.command)
 app.command("navigate", epilog=navigate.EPILOG)(navigate.command)
 app.command("teach", epilog=teach.EPILOG)(teach.command)
+app.command("learn-landmarks", epilog=learn_landmarks.EPILOG)(learn_landmarks.command)
 app.command("export", epilog=export.EPILOG)(export.command)
 app.command("info", epilog=info.EPILOG)(info.command)
 app.command("doctor", epilog=doctor.EPILOG)(doctor.command)

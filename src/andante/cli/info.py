@@ -56,7 +56,20 @@ def _print_map(described: dict[str, Any]) -> None:
     keys = ("name", "frames", "poses")
     rows = [(*(one[key] for key in keys), _conditions(one["conditions"])) for one in described["recordings"]]
     print_table("Learnt from", (*keys, "conditions"), rows)
+    _print_landmarks(described)
     print_trials(described["cross_validation"], described["unit"])
+
+
+def _print_landmarks(described: dict[str, Any]) -> None:
+    """Landmarks of a map, and where another one would help."""
+    if not described["landmarks"]:
+        return
+    keys = ("name", "x_m", "y_m", "error_m")
+    columns = ("landmark", "x [m]", "y [m]", "expected error [m]")
+    print_table("Landmarks", columns, [tuple(one[key] for key in keys) for one in described["landmarks"]])
+    if weak := described["weak_places"]:
+        seen = [(one["x_m"], one["y_m"], one["radius_m"] or "none is seen", one["frames"]) for one in weak]
+        print_table("Teach another landmark near", ("x [m]", "y [m]", "90 % radius [m]", "frames"), seen)
 
 
 def _print_recording(described: dict[str, Any]) -> None:

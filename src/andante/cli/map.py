@@ -12,8 +12,10 @@ import typer
 from andante.cli.options import AsJson, check_place
 from andante.cli.output import examples, hint, print_facts, print_json, progress_bars
 from andante.cli.trials import print_closings, print_trials
+from andante.errors import InputError
 
 if TYPE_CHECKING:
+    from andante.landmarks.detector import LandmarkDetector
     from andante.mapping import MapConfig, SlowMap
 
 # The same words as in ``andante.mapping.config``, which would take too long to import for a help text.
@@ -28,6 +30,7 @@ EPILOG = examples(
     "andante map garden/summer garden/winter -o garden.andante --slow-features 64 --json",
     "andante map garden/summer garden/winter -o garden.andante --features pixels",
     "andante map garden/monday -o thesis.andante --preset thesis",
+    "andante map garden/monday -o garden.andante --landmarks garden.onnx",
 )
 
 
@@ -74,6 +77,13 @@ def command(
     preset: Annotated[
         Preset, typer.Option(show_default=False, help="What --config and options start from. Default: default.")
     ] = "default",
+    landmarks: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="NAME.onnx",
+            help="Go by the landmarks that this detector finds as well; the map carries it. Default: none.",
+        ),
+    ] = None,
     localize_only: Annotated[
         bool,
         typer.Option("--localize-only", help="A smaller map that cannot be updated. Default: it can."),
@@ -82,7 +92,7 @@ def command(
     as_json: AsJson = False,
 ) -> None:
     """Learn a map from recordings with known positions and write it to one file."""
-    from andante.mapping import BuildLog, build_map
+    from andante.mapping import BuildLog, add_landmarks, build_map
     from andante.mapping.history import replace_map
     from andante.recordings import open_recording
 
@@ -94,9 +104,13 @@ def command(
     }
     resolved = _resolved(preset, config, {**sections, "positions": positions, "seed": seed})
     check_place(output, "-o")
-    started, log = time.perf_counter(), BuildLog()
+    detector = None if landmarks is None else _detector(landmarks)
+    started, log, drives = time.perf_counter(), BuildLog(), [open_recording(one) for one in recordings]
     with progress_bars() as progress:
-        slowmap = build_map([open_recording(one) for one in recordings], resolved, progress=progress, log=log)
+        slowmap = build_map(drives, resolved, progress=progress, log=log)
+        if detector is not None:
+            with log.timed("landmarks"):
+                slowmap = add_landmarks(slowmap, drives, detector, progress=progress)
     size = replace_map(slowmap, output)
     log.seconds["total"] = time.perf_counter() - started
     summary = {"map": str(output), "bytes": size, **_summary(slowmap, log.seconds)}
@@ -120,6 +134,18 @@ def _resolved(preset: Preset, file: Path | None, flags: dict[str, Any]) -> MapCo
     return config.with_values(_given(flags))
 
 
+def _detector(path: Path) -> LandmarkDetector:
+    """Read before the work that would be lost."""
+    from andante.landmarks.detector import LandmarkDetector
+
+    if path.is_dir():
+        raise InputError(
+            f"--landmarks {path} is a folder; learn a detector from its labels first: "
+            f"andante learn-landmarks {path} -o NAME.onnx"
+        )
+    return LandmarkDetector.load(path)
+
+
 def _given(values: dict[str, Any]) -> dict[str, Any]:
     """What was said on the command line."""
     nested = {key: _given(value) if isinstance(value, dict) else value for key, value in values.items()}
@@ -128,7 +154,7 @@ def _given(values: dict[str, Any]) -> dict[str, Any]:
 
 def _summary(slowmap: SlowMap, seconds: dict[str, float]) -> dict[str, Any]:
     described = slowmap.describe()
-    stages = ("decode", "network", "features", "learn", "readout", "total")
+    stages = ("decode", "network", "features", "learn", "readout", "landmarks", "total")
     return {
         "recordings": described["recordings"],
         "frames": sum(one["frames"] for one in described["recordings"]),
@@ -136,6 +162,7 @@ def _summary(slowmap: SlowMap, seconds: dict[str, float]) -> dict[str, Any]:
         "slow_features": described["slow_features"],
         "deltas": described["deltas"],
         "unit": described["unit"],
+        "landmarks": described["landmarks"],
         "seconds": {stage: seconds.get(stage) for stage in stages},
         "cross_validation": described["cross_validation"],
         "skipped": [
@@ -154,6 +181,8 @@ def _print(summary: dict[str, Any]) -> None:
         "size": f"{summary['bytes'] / 1e6:.2f} MB",
         "seconds": ", ".join(f"{stage} {value:.2f}" for stage, value in seconds.items()),
     }
+    if summary["landmarks"]:
+        facts["landmarks"] = ", ".join(f"{one['name']} ({one['error_m']:.2f} m)" for one in summary["landmarks"])
     print_facts(summary["map"], facts)
     print_closings(summary["odometry"])
     for told in summary["hints"]:

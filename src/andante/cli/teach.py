@@ -83,12 +83,13 @@ def command(
 ) -> None:
     """Teach landmarks: show once where each lies beside a known object, on a local page or with options."""
     from andante.landmarks.lesson_files import check_new
+    from andante.landmarks.lesson_folders import beside
     from andante.recordings import open_recording
 
     drawn = _drawn(name or [], offset or [], size or [])
     if anchor is None and (drawn or which is not None):
         raise typer.BadParameter("--offset and --which need --anchor: which kind?")
-    room = _Classroom(recording, open_recording(recording), out or _beside(recording), anchor, _chosen(which))
+    room = _Classroom(recording, open_recording(recording), out or beside(recording), anchor, _chosen(which))
     check_new(room.folder)
     finder = anchor_finder(weights)
     if drawn:
@@ -209,11 +210,6 @@ def _on_page(
     )
 
 
-def _beside(recording: Path) -> Path:
-    """Where labels go by default."""
-    return recording.resolve().with_name(f"{recording.resolve().name}.landmarks")
-
-
 def _chosen(which: str | None) -> Chosen | None:
     from andante.angles import wrapped
     from andante.landmarks.tracks import Chosen
@@ -227,10 +223,11 @@ def _chosen(which: str | None) -> Chosen | None:
 
 
 def next_command(recording: Path, folder: Path) -> str:
-    """What makes a map of what was taught."""
-    return shlex.join(
-        ["andante", "map", str(recording), "--landmarks", str(folder), "-o", f"{recording.resolve().name}.andante"]
-    )
+    """What learns to find what was taught."""
+    from andante.landmarks.lesson_folders import beside
+
+    moved = [] if folder.resolve() == beside(recording) else ["--recordings", str(recording)]
+    return shlex.join(["andante", "learn-landmarks", str(folder), *moved, "-o", f"{recording.resolve().name}.onnx"])
 
 
 def _tell(saved: Saved, lessons: Sequence[Lesson], as_json: bool) -> None:

@@ -24,14 +24,14 @@ MAX_BYTES = 2**26
 
 
 class LandmarkDetector:
-    """Made from the bytes of a detector's file, as learning gives them; ``source`` names it in messages.
+    """Made from the bytes of a detector's file, as learning gives them (``data``); ``source`` names it in messages.
 
     Raises ``InputError`` for anything but a whole file of a known schema, ``MissingExtraError`` without onnxruntime.
     """
 
     def __init__(self, data: bytes, source: str = "this detector", *, threads: int = 1) -> None:
         checked_seal(data, source)
-        self._data, self._session = data, _session(data, source, threads)
+        self.data, self._session = data, _session(data, source, threads)
         self.header = read_header(self._session.get_modelmeta().custom_metadata_map.get(KEY), source)
         self._grid = Grid(self.header.geometry, STRIDE)
         _check_shapes(self._session, self._grid, len(self.header.landmarks), source)
@@ -66,7 +66,7 @@ class LandmarkDetector:
 
     def save(self, path: str | Path) -> None:
         """Write the file, all or nothing; raises ``InputError`` where the place cannot be written."""
-        write_file(Path(path), self._data)
+        write_file(Path(path), self.data)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -81,7 +81,7 @@ class LandmarkDetector:
     @property
     def sha256(self) -> str:
         """Checksum of its file."""
-        return hashlib.sha256(self._data).hexdigest()
+        return hashlib.sha256(self.data).hexdigest()
 
     def detect(self, image: ImageArray, camera: CameraSpec) -> list[Detection]:
         """Landmarks in a picture, grey (h, w) or BGR (h, w, 3) uint8, in the order of ``names``.

@@ -99,7 +99,8 @@ def train_detector(
         score = _score(name, places, config.false_positives)
         landmarks.append(Landmark(name=name, slope=score.slope, offset=score.offset, threshold=score.threshold))
         reached[name] = places.figures(score.of(places.heat) >= score.threshold)
-    notes |= {"examples": len(learning), "held_out": reached}
+    used = dict(zip(names, examples.present.sum(axis=0).tolist(), strict=True))
+    notes |= {"examples": len(learning), "labels": used, "held_out": reached}
     return LandmarkDetector(written(DetectorHeader.of(config.geometry, tuple(landmarks), notes), network.folded()))
 
 

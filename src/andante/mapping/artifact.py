@@ -26,6 +26,7 @@ from safetensors.numpy import save
 from andante.data import CameraSpec
 from andante.errors import AndanteError, MapError
 from andante.features import PhaseEncoder
+from andante.landmarks.sealed import SealedDetector
 from andante.mapping.calibration import Calibration
 from andante.mapping.compact import CompactModel
 from andante.mapping.compass import Compass
@@ -53,7 +54,7 @@ SCHEMA = 3
 MOST_LANDMARKS = 200
 MAX_BYTES = 2**31
 _KEY = "andante"
-_DTYPES = ("F16", "F32", "F64", "I8", "I64", "U32")
+_DTYPES = ("F16", "F32", "F64", "I8", "I64", "U8", "U32")
 _MEMORY = "memory"
 _MAY_BE_UNKNOWN = ("memory.heading",)
 _Side = Annotated[int, Field(ge=1, le=2**16)]
@@ -258,7 +259,8 @@ def _assembled(header: _Header, arrays: dict[str, NDArray[Any]], path: Path) -> 
     if remembered:
         check_memory(remembered, sources, front_end)
         memory = memory_of(remembered, sources, fingerprints)
-    return SlowMap(
+    landmarks = _landmarks(header.landmarks, _section("landmarks", arrays))
+    slowmap = SlowMap(
         config=config,
         asked=header.asked,
         front_end=front_end,
@@ -272,8 +274,11 @@ def _assembled(header: _Header, arrays: dict[str, NDArray[Any]], path: Path) -> 
         unit=header.unit,
         name=header.name,
         memory=memory,
-        landmarks=_landmarks(header.landmarks, _section("landmarks", arrays)),
+        landmarks=landmarks,
     )
+    if landmarks is None or landmarks.detector is None:
+        return slowmap
+    return slowmap.with_detector(SealedDetector(landmarks.detector, f"the landmark detector in {path.name}"))
 
 
 def _landmarks(header: _Landmarks | None, arrays: dict[str, NDArray[Any]]) -> LandmarkMap | None:

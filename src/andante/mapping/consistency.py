@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from andante.errors import MapError
+from andante.landmarks.detector import MAX_BYTES
 from andante.mapping.calibration import Calibration
 from andante.mapping.codes import LARGEST_CODE, Codes
 from andante.mapping.compact import CompactModel
@@ -70,6 +71,10 @@ def check_landmarks(landmarks: LandmarkMap) -> None:
         _expect_positive(one.scale, one.error_m)
         if one.geometry is not None:
             _expect_positive(one.geometry.bearing_rad, one.geometry.rise_sigma)
+    if landmarks.detector is not None and len(landmarks.detector) > MAX_BYTES:
+        raise MapError(
+            f"its landmark detector has {len(landmarks.detector):,} bytes, at most {MAX_BYTES:,} are allowed"
+        )
     known = landmarks.calibration
     _expect_positive(known.radius_factor, known.usual_radius_m, known.heading_factor or 1.0)
     if not 0.0 <= known.correlation <= 1.0:

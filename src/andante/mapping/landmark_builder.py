@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
+from itertools import count
 
 from andante.data import CameraSpec, Frame
 from andante.errors import ConfigError
@@ -14,6 +14,7 @@ from andante.mapping.frontend import camera_and_size
 from andante.mapping.landmark_config import LandmarkConfig
 from andante.mapping.landmark_lesson import Spotter, collect
 from andante.mapping.landmarks import LandmarkDetector, LandmarkMap
+from andante.mapping.sessions import Progress
 from andante.mapping.slow_map import SlowMap
 from andante.protocols import Recording
 from andante.sfa import one_thread
@@ -24,32 +25,45 @@ def add_landmarks(
     recordings: Sequence[Recording],
     detector: LandmarkDetector,
     config: LandmarkConfig | None = None,
+    *,
+    progress: Progress | None = None,
 ) -> SlowMap:
     """The same map with the landmarks that ``detector`` finds in recordings of the same place and frame of reference.
 
-    Localizing goes by them as well from then on. Raises ``ConfigError`` for a map of numbered places or of odometry, or
-    a camera that is no fisheye, ``LearningError`` where no landmark is seen often enough.
+    Localizing goes by them as well from then on. ``progress`` is told of ``landmarks``. Raises ``ConfigError`` for a map
+    of numbered places or of odometry, or a camera that is no fisheye, ``LearningError`` where no landmark is seen often
+    enough.
     """
     if slowmap.unit != "m" or slowmap.config.positions == "odometry":
         raise ConfigError(
             "landmarks need reference poses in metres, and this map was made from "
             f"{slowmap.config.positions}; record with reference poses (x_m, y_m, heading_rad in frames.csv)"
         )
-    landmarks = map_landmarks(recordings, detector, config)
+    landmarks = map_landmarks(recordings, detector, config, progress=progress)
     return replace(slowmap, landmarks=landmarks).with_detector(detector)
 
 
 def map_landmarks(
-    recordings: Sequence[Recording], detector: LandmarkDetector, config: LandmarkConfig | None = None
+    recordings: Sequence[Recording],
+    detector: LandmarkDetector,
+    config: LandmarkConfig | None = None,
+    *,
+    progress: Progress | None = None,
 ) -> LandmarkMap:
     """Landmarks alone; raises ``LearningError`` where none is seen often enough, ``ConfigError`` for other cameras."""
     config, drives = config or LandmarkConfig(), list[tuple[Recording, ViewCutter, Spotter]]()
+    total, done = sum(info.reference is not None for one in recordings for info in one.infos), count(1)
+
+    def spotter(camera: CameraSpec) -> Spotter:
+        def spot(frame: Frame) -> Sequence[Detection]:
+            if progress is not None:
+                progress("landmarks", next(done), total)
+            return detector.detect(frame.image, camera)
+
+        return spot
+
     for recording in recordings:
         camera, shape = camera_and_size(recording)
-        drives.append((recording, ViewCutter(camera, shape), partial(_spotted, detector, camera)))
+        drives.append((recording, ViewCutter(camera, shape), spotter(camera)))
     with one_thread():
         return LandmarkMap.learn(collect(drives, config.window), config)
-
-
-def _spotted(detector: LandmarkDetector, camera: CameraSpec, frame: Frame) -> Sequence[Detection]:
-    return detector.detect(frame.image, camera)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Any, Protocol, Self
+from typing import Any, Protocol, Self, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from andante.mapping.landmark_lesson import Album, LandmarkCalibration, best_by_
 from andante.mapping.landmark_model import LandmarkModel
 from andante.mapping.landmark_sights import Fused, Sight, fused
 from andante.mapping.uncertainty import covariance_of
+from andante.mapping.weak_places import WeakPlace, weak_places
 from andante.sfa.arrays import require_names
 
 _BOX = 4
@@ -36,17 +37,14 @@ class LandmarkDetector(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True)
-class WeakPlace:
-    """A place of the mapped drives where a human could teach another landmark.
+@runtime_checkable
+class FiledDetector(LandmarkDetector, Protocol):
+    """One that is a file, which a map can carry."""
 
-    ``radius_m`` is what to expect there, infinite where no landmark is seen; ``frames`` of the drives lie there.
-    """
-
-    x_m: float
-    y_m: float
-    radius_m: float
-    frames: int
+    @property
+    def data(self) -> bytes:
+        """All of the file."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +52,14 @@ class LandmarkMap:
     """All landmarks of a map, what may be promised of them, and what to expect where the mapped drives were.
 
     ``places`` (n, 3) are x, y and the expected radius of the mapped frames, infinite where no landmark was seen.
+    ``detector`` is the file of what finds them, ``None`` for one that has no file.
     """
 
     models: tuple[LandmarkModel, ...]
     calibration: LandmarkCalibration
     config: LandmarkConfig
     places: FloatArray = field(repr=False)
+    detector: bytes | None = field(default=None, repr=False)
 
     @classmethod
     def learn(cls, album: Album, config: LandmarkConfig | None = None) -> Self:
@@ -138,23 +138,19 @@ class LandmarkMap:
             hypotheses=_hypotheses(answer, sights, heading if np.isfinite(heading) else None),
         )
 
-    def weak_places(self, radius_m: float, cell_m: float = 2.0) -> list[WeakPlace]:
+    def weak_places(self, radius_m: float | None = None, cell_m: float = 2.0) -> list[WeakPlace]:
         """Where landmarks say less than ``radius_m`` wants to know, the worst first: ask a human for one there (7.3.3).
 
-        The mapped frames are joined in cells of ``cell_m``, of which each has its median radius; raises ``ArrayError``
-        for a size that is not above zero.
+        Where no radius is asked for it is the one from which on a pose is degraded. The mapped frames are joined in
+        cells of ``cell_m``, of which each has its median radius; raises ``ArrayError`` for a size that is not above
+        zero.
         """
-        if not (radius_m > 0 and cell_m > 0):
-            raise ArrayError(f"radius_m and cell_m have to be above zero, got {radius_m} and {cell_m}")
-        cells, member = np.unique(np.floor(self.places[:, :2] / cell_m), axis=0, return_inverse=True)
-        weak = list[WeakPlace]()
-        for number in range(len(cells)):
-            here = self.places[member == number]
-            expected = float(np.quantile(here[:, 2], 0.5, method="higher"))
-            if expected > radius_m:
-                x, y = here[:, :2].mean(axis=0).tolist()
-                weak.append(WeakPlace(x, y, expected, len(here)))
-        return sorted(weak, key=lambda place: (-place.radius_m, -place.frames))
+        radius_m = _DOUBTFUL * self.calibration.usual_radius_m if radius_m is None else radius_m
+        return weak_places(self.places, radius_m, cell_m)
+
+    def with_detector(self, detector: LandmarkDetector) -> LandmarkMap:
+        """The same landmarks, and in their file the file of what finds them, if it has one."""
+        return replace(self, detector=detector.data if isinstance(detector, FiledDetector) else None)
 
     def describe(self) -> list[dict[str, Any]]:
         """Every landmark as plain values: its name, its usual error, and where it stands, ``None`` where unknown."""
@@ -173,6 +169,8 @@ class LandmarkMap:
         arrays: dict[str, NDArray[Any]] = {"places": np.nan_to_num(self.places, posinf=-1.0)}
         for number, model in enumerate(self.models):
             arrays |= {f"{number}.{name}": array for name, array in model.to_arrays().items()}
+        if self.detector is not None:
+            arrays["detector"] = np.frombuffer(self.detector, np.uint8)
         return arrays
 
     @classmethod
@@ -194,7 +192,8 @@ class LandmarkMap:
             start = f"{number}."
             own = {key.removeprefix(start): array for key, array in arrays.items() if key.startswith(start)}
             models.append(LandmarkModel.from_arrays(name, own))
-        return cls(tuple(models), calibration, config, places)
+        detector = arrays["detector"].tobytes() if "detector" in arrays else None
+        return cls(tuple(models), calibration, config, places, detector)
 
     @property
     def _bounds(self) -> NDArray[np.int64]:

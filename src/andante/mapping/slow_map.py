@@ -43,7 +43,8 @@ class SlowMap:
     open. ``compass`` tells headings, where those of the drives are known and the camera looks all around; ``scenery``
     finds images that were taken away from all mapped places. ``pictures`` are the fingerprints of each source's frames.
     ``memory`` are the sessions themselves, where the map remembers them: what ``andante update`` learns from again.
-    ``landmarks`` are those that were taught here; they count in estimates once ``with_detector`` says who finds them.
+    ``landmarks`` are those that were taught here; they count in estimates once ``with_detector`` says who finds them,
+    which a map that was loaded knows where the detector is a file, as learnt ones are: it lies in the map.
     """
 
     config: MapConfig
@@ -94,8 +95,9 @@ class SlowMap:
         """
         if self.landmarks is None:
             raise MapError("this map has no landmarks to look for; teach some with: andante teach")
-        eye = LandmarkEye(self.landmarks, detector, self.front_end.camera, self.front_end.image_shape)
-        return replace(self, front_end=self.front_end.with_landmarks(eye))
+        landmarks = self.landmarks.with_detector(detector)
+        eye = LandmarkEye(landmarks, detector, self.front_end.camera, self.front_end.image_shape)
+        return replace(self, front_end=self.front_end.with_landmarks(eye), landmarks=landmarks)
 
     def slow_features(self, image: ImageArray) -> FloatArray:
         """(height, width[, 3]) uint8 -> (k,) slow features, slowest first."""
@@ -167,6 +169,7 @@ class SlowMap:
             "compass_places": 0 if self.compass is None else len(self.compass.codes),
             "updatable": self.asked.memory.keep,
             "landmarks": [] if self.landmarks is None else self.landmarks.describe(),
+            "weak_places": [] if self.landmarks is None else [one.as_dict() for one in self.landmarks.weak_places()],
             "recordings": [
                 {
                     "name": source.name,
