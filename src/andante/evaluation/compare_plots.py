@@ -13,13 +13,14 @@ from matplotlib.figure import Figure
 
 from andante.data import FloatArray
 from andante.evaluation.answers import Answers
-from andante.evaluation.plots import ERROR_COLOURS, INK, STYLE, logarithmic
+from andante.evaluation.plots import ERROR_COLOURS, INK, STYLE
 
 FAR_M = 3.0
 """Beyond it the thesis draws pink triangles in place of colours."""
 _LEAST_M = 0.03
-_SHOWN_M = (0.01, 30.0)
+_SHOWN_M = (0.001, 30.0)
 """Errors that are shown; methods that go astray by kilometres must not squeeze the others."""
+_TICKS_M = (0.001, 0.01, 0.1, 1.0, 10.0)
 _FAR_COLOUR = "#e85da8"
 _COLUMNS = 3
 _PANEL_INCHES = 2.5
@@ -83,7 +84,8 @@ def error_distributions(tests: Mapping[str, Mapping[str, Answers]]) -> Figure:
             axes.set(title=test, xlabel="error in m", ylabel="share of images", xlim=_SHOWN_M, ylim=(0, 1.02))
             axes.title.set_fontsize(9)
             axes.axvline(FAR_M, color=_FAR_COLOUR, lw=0.8, alpha=0.6)
-            logarithmic(axes, x=True)
+            axes.set_xscale("log")
+            axes.set_xticks(_TICKS_M, labels=[f"{tick:g}" for tick in _TICKS_M])
             axes.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
             axes.grid()
         for axes in panels.flat[len(tests) :]:
@@ -105,7 +107,7 @@ def _error_map(axes: Axes, one: Answers, mapped_m: FloatArray, norm: LogNorm) ->
 
 def _title(name: str, one: Answers) -> str:
     figures = one.figures()
-    median = "no median" if figures.median_m is None else f"median {figures.median_m:.2f} m"
+    median = "no median" if figures.median_m is None else f"median {figures.median_m:.3f} m"
     if figures.median_m is not None and figures.median_m > 1000:
         median = "median > 1 km"
     return f"{name}\n{median}, {100 * figures.share_over_3m:.1f} % > 3 m"
