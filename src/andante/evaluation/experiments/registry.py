@@ -131,7 +131,7 @@ EXPERIMENTS = (
     Experiment(
         name="landmarks",
         title="Landmarks, one by one and together",
-        source="7.4, tables 7.1, 7.3, figure 7.12",
+        source="7.4, tables 7.1 and 7.3",
         thesis="median 0.16 m; 2.22 and 2.57 m in a large garden",
         plan=small_plan,
         run=run_landmarks,
