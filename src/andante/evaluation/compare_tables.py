@@ -98,7 +98,8 @@ def _with_gaps(sentence: str, figures: dict[str, AnswerFigures]) -> str:
     gaps = [f"{name} {100 * of.unanswered_share:.1f} %" for name, of in figures.items() if of.unanswered_share > 0]
     if not gaps:
         return sentence
-    return f"{sentence}; mean and max leave out what has no answer: {', '.join(gaps)}"
+    gap = f"mean and max leave out what has no answer: {', '.join(gaps)}"
+    return f"{sentence}; {gap}" if sentence else gap
 
 
 def _costs(entry: Entry) -> dict[str, float | None]:

@@ -30,9 +30,9 @@ def add_landmarks(
 ) -> SlowMap:
     """The same map with the landmarks that ``detector`` finds in recordings of the same place and frame of reference.
 
-    Localizing goes by them as well from then on. ``progress`` is told of ``landmarks``. Raises ``ConfigError`` for a map
-    of numbered places or of odometry, or a camera that is no fisheye, ``LearningError`` where no landmark is seen often
-    enough.
+    Localizing goes by them as well from then on. ``progress`` is told of ``landmarks``. Raises ``ConfigError`` for a
+    map of numbered places or of odometry, or a camera that is no fisheye, ``LearningError`` where no landmark is seen
+    often enough.
     """
     if slowmap.unit != "m" or slowmap.config.positions == "odometry":
         raise ConfigError(

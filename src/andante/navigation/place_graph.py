@@ -93,7 +93,8 @@ class PlaceGraph:
         if np.any(self._tree.query(line)[0] > 0.5 * self.radius_m):
             return False
         # Whoever stands close to what is in the way may leave, only not come closer.
-        spots, clearance = np.asarray(blocked_m, np.float64).reshape(-1, 2), clearance_m or self.radius_m
+        spots = np.asarray(blocked_m, np.float64).reshape(-1, 2)
+        clearance = self.radius_m if clearance_m is None else clearance_m
         off = np.minimum(np.linalg.norm(spots - start_m, axis=1), np.linalg.norm(spots - goal_m, axis=1))
         return not _near(start_m[None], goal_m[None], spots, np.minimum(clearance, 0.95 * off))[0]
 
@@ -112,7 +113,7 @@ class PlaceGraph:
                 f"the goal ({goal[0]:.2f}, {goal[1]:.2f}) is {self.off_m(goal):.1f} m from everything that was mapped; "
                 f"choose one within {3.0 * self.radius_m:.2f} m of a mapped drive"
             )
-        clearance = clearance_m or self.radius_m
+        clearance = self.radius_m if clearance_m is None else clearance_m
 
         def free(one: FloatArray, other: FloatArray) -> bool:
             return self.open(one, other, blocked_m, clearance)

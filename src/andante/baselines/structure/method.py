@@ -106,10 +106,13 @@ class Structure:
         if self.poses == "given":
             cloud, notes, _ = self._reconstructed(view, keyframes, progress, given=True)
         else:
+            start = time.perf_counter()
             cloud, notes, posed = self._reconstructed(view, keyframes, progress, given=False)
             if known and posed < _ENOUGH * len(keyframes):
+                spent = time.perf_counter() - start
                 cloud, more, _ = self._reconstructed(view, keyframes, progress, given=True)
-                notes = (*notes, "too few: points were triangulated from the given poses instead", *more)
+                instead = "points were triangulated from the given poses instead"
+                notes = (*notes, f"too few, after {spent:.0f} s that count as mapping: {instead}", *more)
         if len(cloud) == 0:
             raise LearningError(
                 f"nothing could be reconstructed from {len(keyframes)} frames with "
@@ -121,11 +124,11 @@ class Structure:
     def _reconstructed(
         self, view: View, keyframes: Keyframes, progress: Progress | None, *, given: bool
     ) -> tuple[Cloud, tuple[str, ...], int]:
-        """The points in the frame of the positions, what to say of them, and of how many frames COLMAP had a pose."""
+        """The points in the frame of the positions, what to say of them, and how many frames have a pose in that frame."""
         pairs = matched_pairs(keyframes.xy, keyframes.session, neighbours=self.neighbours, radius_m=self.radius_m)
         poses = camera_poses(view, keyframes.xy, keyframes.heading) if given else None
         models = reconstructions(keyframes.keypoints, colmap_camera(view), pairs, poses=poses, progress=progress)
-        parts, notes, registered = list[Cloud](), list[str](), 0
+        parts, notes, posed = list[Cloud](), list[str](), set[int]()
         for model in models:
             try:
                 similarity = Similarity.identity() if given else self._laid_over(model, view, keyframes.xy)
@@ -133,10 +136,10 @@ class Structure:
                 notes.append(f"a part of {model.num_reg_images()} frames was left out: {error}")
                 continue
             parts.append(Cloud.of(model, keyframes.keypoints, similarity))
-            registered += model.num_reg_images()
+            posed |= set(model.reg_image_ids())  # models may share frames
         cloud = Cloud.joined(parts)
-        found = f"{registered} of {len(keyframes)} frames registered in {len(parts)} models, {len(cloud)} points"
-        return cloud, (found, *notes), sum(model.num_reg_images() for model in models)
+        found = f"{len(posed)} of {len(keyframes)} frames registered in {len(parts)} models, {len(cloud)} points"
+        return cloud, (found, *notes), len(posed)
 
     def _laid_over(self, model: pycolmap.Reconstruction, view: View, xy: FloatArray) -> Similarity:
         numbers = sorted(model.reg_image_ids())
