@@ -27,6 +27,7 @@ def test_commands():
         "simulate",
         "navigate",
         "teach",
+        "learn-landmarks",
         "export",
         "info",
         "doctor",

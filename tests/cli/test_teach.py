@@ -44,7 +44,7 @@ def test_json(drive, finder, andante, anchor_scene, tmp_path):
     assert answer.json["files"] == ["shed.json", "shed.png", "coco"]
     (shed,) = answer.json["landmarks"]
     assert shed == {"name": "shed", "anchor": "bicycle", "labels": 40, "offset": [0.2, -1.4], "size": [1.6, 1.8]}
-    assert answer.json["next"].startswith(f"andante map {drive} ")
+    assert answer.json["next"].startswith("andante learn-landmarks ")
     boxes = Labels.load(out / "shed.json").boxes
     assert all(boxes[index].iou(anchor_scene.shed(index)) > 0.99 for index in range(40))
 
@@ -55,7 +55,7 @@ def test_several_landmarks_beside_the_recording(drive, finder, andante):
     assert answer.exit_code == 0, answer.stderr
     for words in ("shed", "old birch", "40 labels, taught by the bicycle"):
         assert words in answer.stdout
-    assert "hint: next: andante map" in answer.stderr
+    assert "hint: next: andante learn-landmarks" in answer.stderr
     folder = drive.with_name("monday.landmarks")
     assert sorted(path.name for path in folder.iterdir()) == [
         "coco", "old birch.json", "old birch.png", "shed.json", "shed.png",

@@ -39,7 +39,7 @@ KINDS = {
 }
 
 
-HELD_BY_MAPS = ("f2", "f4", "f8", "i1", "i8", "u4")
+HELD_BY_MAPS = ("f2", "f4", "f8", "i1", "i8", "u1", "u4")
 WIDENED = ("readout.numbers", "model.quadratic.", "compass.cell", "scenery.radius")
 """Arrays that are read as numbers of double precision, whichever type of a map they have."""
 MEMORY = {f"memory.{name}" for name in ("codes", "scale", "phase.codes", "phase.scale", "xy", "heading", "number")}

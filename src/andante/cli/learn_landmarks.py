@@ -44,7 +44,8 @@ def command(
     elsewhere: Annotated[
         list[Path] | None,
         typer.Option(
-            metavar="REC", help="A recording that shows none of the landmarks, against false ones; repeatable."
+            metavar="REC",
+            help="A recording that shows none of the landmarks, against false ones; repeatable. Default: none.",
         ),
     ] = None,
     steps: Annotated[int, typer.Option(min=1, help="Of learning at most, a number. Default: 600.")] = 600,

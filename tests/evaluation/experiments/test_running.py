@@ -58,7 +58,7 @@ def test_the_scale_decides_the_plan(monkeypatch, tmp_path):
 
 
 def test_the_thesis_scales():
-    assert [one.full.frames for one in EXPERIMENTS] == [279, 279, 279, 297, 297, 297, 297, 15_000, 1083]
+    assert [one.full.frames for one in EXPERIMENTS] == [279, 279, 279, 297, 297, 297, 297, 297, 15_000, 1083, 2000]
     assert (experiment_named("long-term").full.sessions, experiment_named("long-term").full.permutations) == (10, 15)
     assert (experiment_named("navigation").full.errands, experiment_named("navigation").full.repeats) == (200, 5)
 

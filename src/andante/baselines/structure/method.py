@@ -124,7 +124,7 @@ class Structure:
     def _reconstructed(
         self, view: View, keyframes: Keyframes, progress: Progress | None, *, given: bool
     ) -> tuple[Cloud, tuple[str, ...], int]:
-        """The points in the frame of the positions, what to say of them, and how many frames have a pose in that frame."""
+        """The points in the frame of the positions, what to say of them, and how many frames have a pose there."""
         pairs = matched_pairs(keyframes.xy, keyframes.session, neighbours=self.neighbours, radius_m=self.radius_m)
         poses = camera_poses(view, keyframes.xy, keyframes.heading) if given else None
         models = reconstructions(keyframes.keypoints, colmap_camera(view), pairs, poses=poses, progress=progress)

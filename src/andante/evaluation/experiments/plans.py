@@ -11,7 +11,7 @@ from pydantic import Field
 
 from andante.simulator import BorderRun, Conditions, GardenSpec, Plan, Session, SimulatedCamera, make_garden
 from andante.simulator.conditions import Season
-from andante.simulator.movables import MOVABLES, MovableKind
+from andante.simulator.movables import MOVABLE_KINDS, MovableKind
 from andante.simulator.settings import Settings
 
 SEASONS: tuple[Season, ...] = ("summer", "autumn", "winter", "spring")
@@ -119,6 +119,6 @@ class _Lap:
 
 
 def _objects(rng: np.random.Generator) -> tuple[MovableKind, ...]:
-    chosen = rng.choice(sorted(MOVABLES), size=int(rng.integers(0, _MAX_OBJECTS + 1)))
+    chosen = rng.choice(sorted(MOVABLE_KINDS), size=int(rng.integers(0, _MAX_OBJECTS + 1)))
     kinds = {str(kind): kind for kind in get_args(MovableKind)}
     return tuple(kinds[str(name)] for name in chosen)
