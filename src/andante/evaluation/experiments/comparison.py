@@ -128,8 +128,8 @@ def _notes(found: Comparison, *, quick: bool) -> tuple[str, ...]:
     budget = "methods that learn for minutes were cut short (small scale); " if quick else ""
     return (
         f"{budget}measured on {found.hardware}; learning uses as many threads as each method does (PoseNet one), "
-        "images are localized one by one in one thread. The thesis' times are those of an Intel i5-6500 and, where told, "
-        "a GeForce RTX 2070",
+        "images are localized one by one in one thread. The thesis' times are those of an Intel i5-6500 and, where "
+        "told, a GeForce RTX 2070",
         "errors are those of the best hypothesis of every image, whatever its status; an image without any answer "
         "counts as infinitely wrong in medians, quartiles and shares; single images without odometry, except for the "
         "rows that are followed",
