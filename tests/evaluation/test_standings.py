@@ -1,4 +1,4 @@
-from andante.evaluation.standings import COSTS, ERRORS, standings
+from andante.evaluation.standings import COSTS, ERRORS, SHARES, standings
 
 
 def errors(median, mean, largest):
@@ -41,4 +41,15 @@ def test_costs():
     assert standings("andante", values, COSTS) == (
         "one maps faster: 1.0 against 5.0 s; one is smaller: 10 against 200 kB; "
         "no other method has a smaller time to localize than andante"
+    )
+
+
+def test_shares_and_headings():
+    values = {
+        "andante": {"share_over_3m": 0.02, "heading_median_deg": 0.1},
+        "one": {"share_over_3m": 0.0, "heading_median_deg": None},
+    }
+    assert standings("andante", values, SHARES) == (
+        "one has the smaller share beyond 3 m: 0.0 against 2.0 %; "
+        "no other method has a smaller error of the heading than andante"
     )

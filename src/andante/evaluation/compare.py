@@ -162,7 +162,9 @@ def _laid_over_truth(entry: Entry) -> Entry:
         "the closer half of the answers themselves",
     )
     if laid is None:
-        return replace(entry, notes=(*entry.notes, "there are too few answers to lay them over the truth"))
+        # Errors in a frame of their own would say nothing.
+        failure = "its answers are too few, or all at one spot, to lay them over the truth"
+        return Entry(entry.name, failure, notes=entry.notes)
     return replace(
         entry,
         notes=(*entry.notes, str(laid)),

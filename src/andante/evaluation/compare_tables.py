@@ -8,7 +8,7 @@ import numpy as np
 
 from andante.evaluation.answers import AnswerFigures
 from andante.evaluation.compare import OWN, Comparison, Entry
-from andante.evaluation.standings import COSTS, ERRORS, standings
+from andante.evaluation.standings import COSTS, ERRORS, SHARES, standings
 from andante.evaluation.tables import Cell, Table
 
 ERROR_COLUMNS = (
@@ -39,11 +39,10 @@ def error_table(
     figures = {one.name: one.tests[test].figures() for one in entries if one.failure is None}
     rows = [(one.name, *_error_cells(figures[one.name])) if one.name in figures else _failed(one) for one in entries]
     count = next(iter(figures.values())).n if figures else 0
-    values = {name: of.as_dict() for name, of in figures.items()}
+    values = {name: _comparable(of) for name, of in figures.items()}
     shown = title or test
-    return Table(
-        f"{shown}: {count} images", ERROR_COLUMNS, (*rows, *thesis), _with_gaps(standings(OWN, values, ERRORS), figures)
-    )
+    verdict = _with_gaps(standings(OWN, values, (*ERRORS, *SHARES)), figures)
+    return Table(f"{shown}: {count} images", ERROR_COLUMNS, (*rows, *thesis), verdict)
 
 
 def followed_table(entries: Sequence[Entry]) -> Table:
@@ -91,6 +90,12 @@ def _error_cells(of: AnswerFigures) -> tuple[Cell, ...]:
 
 def _failed(entry: Entry, columns: int = len(ERROR_COLUMNS)) -> tuple[Cell, ...]:
     return (f"{entry.name} ({FAILED})", *[None] * (columns - 1))
+
+
+def _comparable(of: AnswerFigures) -> dict[str, float | None]:
+    """Means and largest errors only of methods that answer all images: of some of them they are not the same thing."""
+    known: dict[str, float | None] = of.as_dict()
+    return known if of.unanswered_share == 0 else {**known, "mean_m": None, "max_m": None}
 
 
 def _with_gaps(sentence: str, figures: dict[str, AnswerFigures]) -> str:

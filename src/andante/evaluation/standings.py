@@ -29,6 +29,10 @@ ERRORS = (
     Statistic("mean_m", "mean", "has the smaller mean", "m", 3),
     Statistic("max_m", "largest error", "has the smaller largest error", "m", 3),
 )
+SHARES = (
+    Statistic("share_over_3m", "share beyond 3 m", "has the smaller share beyond 3 m", "%", 1, 100.0),
+    Statistic("heading_median_deg", "error of the heading", "has the better heading", "deg", 2),
+)
 COSTS = (
     Statistic("learning_s", "time to map", "maps faster", "s", 1),
     Statistic("ms_per_image", "time to localize", "localizes faster", "ms", 2),
