@@ -166,3 +166,9 @@ def shared_data() -> Path:
 @pytest.fixture(scope="session")
 def garden() -> Garden:
     return Garden()
+
+
+@pytest.fixture(scope="session")
+def posts() -> Garden:
+    """The same by a name that no room gives to a garden of its own."""
+    return Garden()

@@ -52,6 +52,12 @@ def test_boxes_wider_than_half_the_circle_meet_on_both_sides():
     assert front.shared_rad2(back) == pytest.approx(2 * (4.0 - np.pi))
 
 
+def test_rounding_does_not_end_on_the_open_side_of_the_seam():
+    """Half a turn and the next larger number, which wraps to half a turn the other way."""
+    anchor, behind = Box(0.0, 0.0, 0.18098243524892949, 1.0), Box(float(np.nextafter(-np.pi, -4)), 0.0, 1.0, 1.0)
+    assert anchor.shifted(*behind.seen_from(anchor)).azimuth_rad == np.pi
+
+
 @settings(deadline=None, max_examples=40)
 @given(boxes, boxes)
 def test_a_landmark_is_where_its_anchor_says(anchor, landmark):

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from andante.cli.options import AsJson, MapFile, check_place
-from andante.cli.output import examples, print_facts, print_json
+from andante.cli.output import examples, hint, print_facts, print_json
 from andante.errors import InputError
 
 EPILOG = examples(
@@ -43,7 +43,10 @@ def command(
 
     check_place(output, "-o")
     shape = None if image_size is None else _image_shape(image_size)
-    exported = export_onnx(SlowMap.load(map_file), output, image_shape=shape)
+    slowmap = SlowMap.load(map_file)
+    exported = export_onnx(slowmap, output, image_shape=shape)
+    if slowmap.landmarks is not None:
+        hint("the landmarks of this map are left out: the graph goes by the whole image alone")
     summary = {"map": str(map_file), "onnx": str(output), **asdict(exported)}
     if as_json:
         print_json(summary)

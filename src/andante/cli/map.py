@@ -94,6 +94,7 @@ def command(
     """Learn a map from recordings with known positions and write it to one file."""
     from andante.mapping import BuildLog, add_landmarks, build_map
     from andante.mapping.history import replace_map
+    from andante.mapping.landmark_builder import check_drives
     from andante.recordings import open_recording
 
     sections = {
@@ -106,6 +107,8 @@ def command(
     check_place(output, "-o")
     detector = None if landmarks is None else _detector(landmarks)
     started, log, drives = time.perf_counter(), BuildLog(), [open_recording(one) for one in recordings]
+    if detector is not None:
+        check_drives(drives)
     with progress_bars() as progress:
         slowmap = build_map(drives, resolved, progress=progress, log=log)
         if detector is not None:

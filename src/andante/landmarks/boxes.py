@@ -115,4 +115,5 @@ class Detection:
 
 def _turned(azimuth_rad: float) -> float:
     """The same azimuth in (-pi, pi]."""
-    return -wrapped(-azimuth_rad)
+    turned = -wrapped(-azimuth_rad)
+    return turned if turned > -np.pi else float(np.pi)  # rounding may end on the open side

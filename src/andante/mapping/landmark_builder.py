@@ -43,6 +43,21 @@ def add_landmarks(
     return replace(slowmap, landmarks=landmarks).with_detector(detector)
 
 
+def check_drives(recordings: Sequence[Recording]) -> None:
+    """Raise ``ConfigError`` for drives that no landmark can be mapped from: before the work that would be lost."""
+    for one in recordings:
+        if one.camera.model != "fisheye":
+            raise ConfigError(
+                f"views of landmarks are cut out of fisheye images, the camera of {one.name!r} is a "
+                f"{one.camera.model}; record with a fisheye or leave landmarks out"
+            )
+        if all(info.reference is None for info in one.infos):
+            raise ConfigError(
+                f"landmarks need reference poses in metres, {one.name!r} has none; record with reference poses "
+                "(x_m, y_m, heading_rad in frames.csv)"
+            )
+
+
 def map_landmarks(
     recordings: Sequence[Recording],
     detector: LandmarkDetector,
