@@ -104,20 +104,21 @@ def _found_by_learnt(bench: Bench, names: Sequence[str], seed: int, config: Trai
 def learnt(bench: Bench, names: Sequence[str], boxes: Boxes) -> LandmarkMap:
     """Landmarks with these names from the drive that is mapped."""
     with one_thread():
-        return LandmarkMap.learn(album_of(bench, TRAIN, names, boxes))
+        return LandmarkMap.learn(album_of(bench, [TRAIN], names, boxes))
 
 
-def album_of(bench: Bench, session: str, names: Sequence[str], boxes: Boxes) -> Album:
-    """Views of the landmarks with these names in a session."""
-    detections = boxes(session)
-    recording = bench.recording(session)
+def album_of(bench: Bench, sessions: Sequence[str], names: Sequence[str], boxes: Boxes) -> Album:
+    """Views of the landmarks with these names in some sessions."""
     camera = bench.plan.camera
-    cutter = ViewCutter(recording.camera, (camera.height_px, camera.width_px))
+    drives = []
+    for session in sessions:
+        recording, detections = bench.recording(session), boxes(session)
 
-    def spot(frame: Frame) -> Sequence[Detection]:
-        return [one for one in detections[frame.info.index] if one.name in names]
+        def spot(frame: Frame, detections: list[list[Detection]] = detections) -> Sequence[Detection]:
+            return [one for one in detections[frame.info.index] if one.name in names]
 
-    return collect([(recording, cutter, spot)], LandmarkConfig().window)
+        drives.append((recording, ViewCutter(recording.camera, (camera.height_px, camera.width_px)), spot))
+    return collect(drives, LandmarkConfig().window)
 
 
 def tried_on(landmarks: LandmarkMap, album: Album) -> Trialled:

@@ -195,7 +195,7 @@ def _compared(place: _Place, case: Case) -> tuple[list[Table], dict[str, Any]]:
     """Each landmark, all of them together, and whole images, on one test session; and what was detected there."""
     bench, names, session, landmarks = place.bench, place.names, case.session, place.landmarks
     detections = place.boxes(session)
-    tried = tried_on(landmarks, album_of(bench, session, names, place.boxes))
+    tried = tried_on(landmarks, album_of(bench, [session], names, place.boxes))
     shown = np.array(tried.shown)
     bench.progress(f"landmarks {session}", 1, 4)
     rows: list[tuple[Cell, ...]] = []
@@ -210,7 +210,7 @@ def _compared(place: _Place, case: Case) -> tuple[list[Table], dict[str, Any]]:
     rows.append(_estimates_row(_COMBINED, tried, tried.estimates, case.combined))
     if place.scale.detector == "learnt":
         ideal = simulated_boxes(bench, names, place.seed)
-        other = tried_on(learnt(bench, names, ideal), album_of(bench, session, names, ideal))
+        other = tried_on(learnt(bench, names, ideal), album_of(bench, [session], names, ideal))
         rows.append(_estimates_row("combined, boxes of the simulator", other, other.estimates, None))
     whole = _whole_image(bench, place.slowmap, session)
     bench.progress(f"landmarks {session}", 2, 4)
