@@ -82,6 +82,12 @@ def test_a_detector_errs_the_same_way_each_time_and_not_much():
     assert not any(found.detections(["shed1"], 3)[100:])
 
 
+def test_what_is_all_around_is_no_wider_than_that():
+    around = Seen(("oak1",), np.tile([0.1, 0.8, 2 * np.pi, 1.5], (50, 1, 1)))
+    found = [one.box for frame in around.detections(["oak1"], 3) for one in frame]
+    assert max(box.width_rad for box in found) == 2 * np.pi
+
+
 def test_rates_tell_right_places_from_wrong_ones():
     found = seen_of({"oak1": slice(0, 50)})  # of 100 frames
     there = Detection(Box(0.0, 0.15, 0.26, 0.26), "oak1", 0.9)
