@@ -94,7 +94,7 @@ def _found_by_learnt(bench: Bench, names: Sequence[str], seed: int, config: Trai
     found = dict[str, Any]()
     for session in bench.plan.sessions:
         drive, rows = bench.recording(session.name), list[Any]()
-        for frame in drive.frames(colour=True):
+        for frame in drive.frames():  # grey, as maps look at them
             rows.append([(one.name, one.score, astuple(one.box)) for one in detector.detect(frame.image, drive.camera)])
             bench.progress(f"detect {session.name}", len(rows), len(drive.infos))
         found[session.name] = rows
