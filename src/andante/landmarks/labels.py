@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
 import re
-import uuid
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -15,6 +13,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from andante.errors import InputError
+from andante.files import replace_file
 from andante.landmarks.boxes import Box
 from andante.protocols import Recording
 
@@ -146,18 +145,11 @@ def read_file(path: Path, most_bytes: int) -> bytes:
 
 
 def write_file(path: Path, data: bytes) -> None:
-    """Write beside the place and rename, so that a reader sees the old file or the new one; raises ``InputError``."""
-    part = path.parent / f".{path.name}.{uuid.uuid4().hex}.part"
+    """Write a file whole or not at all; raises ``InputError`` where its place cannot be written."""
     try:
-        with part.open("xb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
+        replace_file(path, data)
     except OSError as error:
         raise InputError(f"{path} cannot be written: {error.strerror}; choose another place") from None
-    finally:
-        part.unlink(missing_ok=True)
 
 
 class _Row(BaseModel):

@@ -16,7 +16,8 @@ from safetensors.numpy import save
 
 from andante.data import CameraSpec
 from andante.errors import AndanteError, MapError
-from andante.mapping.artifact import MAX_BYTES, replace_file
+from andante.files import replace_file
+from andante.mapping.artifact import MAX_BYTES
 from andante.mapping.codes import Codes
 from andante.mapping.config import FeatureConfig
 from andante.mapping.frontend import FrontEnd
