@@ -67,7 +67,9 @@ def _led_by(chains: list[dict[int, Detection]], chosen: Chosen) -> list[dict[int
         if chosen.frame in chain
     ]
     if not near:
-        raise InputError(f"no such thing was found in frame {chosen.frame}; choose a frame in which it was")
+        found = sorted({frame for chain in chains for frame in chain})
+        told = f"it was in {len(found)} others, as {found[len(found) // 2]}" if found else "nor in any other"
+        raise InputError(f"no such thing was found in frame {chosen.frame}, {told}; choose a frame in which it was")
     first = min(near)[1]
     return [chains[first], *chains[:first], *chains[first + 1 :]]
 
@@ -77,7 +79,7 @@ def _two_anchors(first: Mapping[int, Detection], second: Mapping[int, Detection]
     degrees = [np.degrees(chain[frame].box.azimuth_rad) for chain in (first, second)]
     return (
         f"two things called {name!r} are in view, in frame {frame} at azimuths {degrees[0]:.0f} and {degrees[1]:.0f} "
-        f"degrees; say which by a frame and an azimuth, as {frame} and {degrees[0]:.0f}, or take one of them away"
+        f"degrees; say which by a frame and an azimuth (--which {frame},{degrees[0]:.0f}), or take one of them away"
     )
 
 

@@ -264,7 +264,8 @@ def _assembled(header: _Header, arrays: dict[str, NDArray[Any]], path: Path) -> 
     )
     if landmarks is None or landmarks.detector is None:
         return slowmap
-    return slowmap.with_detector(SealedDetector(landmarks.detector, f"the landmark detector in {path.name}"))
+    source = f"the landmark detector in {path.name}"
+    return slowmap.with_detector(SealedDetector(landmarks.detector, source, landmarks.names))
 
 
 def _landmarks(header: _Landmarks | None, arrays: dict[str, NDArray[Any]]) -> LandmarkMap | None:
