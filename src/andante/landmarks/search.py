@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from andante.data import ImageArray
+from andante.data import FloatArray, ImageArray, Trajectory
 from andante.errors import ConfigError, ImageError, LearningError
 from andante.landmarks.anchors import PictureDetector, find_anchors, near_and_far
 from andante.landmarks.boxes import Detection
@@ -79,9 +79,15 @@ class AnchorSearch:
                 last = spectrum
             if progress is not None:
                 progress(index + 1, frames)
-        track = one_anchor(detections, turn_rad, chosen)
+        track = one_anchor(detections, turn_rad, chosen, _poses(recording))
         require_enough(name, len(track))
         return fill_gaps(track, _readable(surroundings), surroundings.geometry, frames)
+
+
+def _poses(recording: Recording) -> FloatArray:
+    """(n, 3) reference poses; odometry drifts away from where a thing was seen before."""
+    known = Trajectory.of(recording.infos, "reference")
+    return np.column_stack([known.xy_m, known.heading_rad])
 
 
 def _readable(surroundings: Surroundings) -> Callable[[int], ImageArray]:
