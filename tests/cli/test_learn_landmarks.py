@@ -203,6 +203,15 @@ def test_detector_files_that_are_none(learnt, of_oak, drives, andante, fails, tm
         assert not (tmp_path / "a.andante").exists()
 
 
+def test_what_a_map_cannot_learn_is_told(learnt, drives, andante, fails, monkeypatch, tmp_path):
+    command = ("map", drives.monday, drives.tuesday, "--landmarks", learnt[0], "-o", tmp_path / "a.andante")
+    message = "landmarks need reference poses in metres, a map with positions = 'odometry' goes without; ask for"
+    fails(andante(*command, "--positions", "odometry"), message)
+    monkeypatch.setattr("andante.landmarks.detector.LandmarkDetector.names", ("tower", "oak"))
+    answer = andante(*command, "--json")
+    assert answer.json["hints"] == ["seen too seldom to be learnt and tried, so the map goes without: oak"]
+
+
 def test_localizing_without_onnxruntime(mapped, drives, andante, fails, monkeypatch):
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
     message = r"onnxruntime is not installed; install it with: pip install 'andante\[landmarks\]'"

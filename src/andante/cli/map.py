@@ -108,7 +108,7 @@ def command(
     detector = None if landmarks is None else _detector(landmarks)
     started, log, drives = time.perf_counter(), BuildLog(), [open_recording(one) for one in recordings]
     if detector is not None:
-        check_drives(drives)
+        check_drives(drives, resolved.positions)
     with progress_bars() as progress:
         slowmap = build_map(drives, resolved, progress=progress, log=log)
         if detector is not None:
