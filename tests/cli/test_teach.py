@@ -1,16 +1,20 @@
 """``andante teach`` by options, with somebody who finds the anchor by heart; tests/server has the page itself."""
 
+import importlib.util
 import json
 import re
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from andante.data import Frame
 from andante.landmarks.labels import Labels
+from andante.landmarks.search import AnchorSearch
 from andante.landmarks.teaching import AnchorTrack, Relation, teach
 from andante.landmarks.tracks import Chosen
+from andante.landmarks.yolox import Found
 from andante.recordings import write_recording
 from andante.server.desk import Saved
 
@@ -86,11 +90,16 @@ def test_one_of_two_anchors(drive, finder, andante, tmp_path):
         ((*SHED[:6], "--name", "../shed"), "a landmark cannot be called '../shed'"),
         (SHED[:6], "each landmark needs one --name, one --offset and one --size; got 0, 1 and 1"),
         ((*SHED, *SHED[2:6], "--name", "Shed"), "--name 'Shed' is given twice"),
+        ((*SHED[:4], "--size", "18,1", *SHED[6:]), "'shed' would be more than 180 degrees wide in 40 of 40 frames"),
+        ((*SHED[:6], "--name", "森" * 90), "a landmark cannot be called"),
+        ((*SHED, "--which", "99,3"), "frame 99 does not exist, recording 'monday' has frames 0 to 39; choose"),
+        ((*SHED, "--which", "1e300,3"), "--which '1e300,3': a frame is a number from 0"),
+        ((*SHED, "--out", __file__ + "/x"), "test_teach.py/x cannot be made, .*test_teach.py is no folder"),
         ((*SHED, "--which", "1.5,3"), "--which '1.5,3': a frame is a number from 0"),
     ],
 )
 def test_faults(options, message, drive, finder, andante, fails, tmp_path):
-    fails(andante("teach", drive, *options, "--out", tmp_path / "x"), message)
+    fails(andante("teach", drive, "--out", tmp_path / "x", *options), message)
     assert not (tmp_path / "x").exists()
 
 
@@ -100,6 +109,36 @@ def test_three_frames_only(drive, anchor_scene, monkeypatch, andante, fails, tmp
     fails(answer, "the bicycle was found in 3 frames only, at least 10 are needed; drive nearer")
 
 
+def test_one_frame(anchor_scene, finder, andante, fails, tmp_path):
+    (frame, *_) = anchor_scene.recording().frames([0], colour=True)
+    write_recording(tmp_path / "one", [frame], name="one", camera=anchor_scene.recording().camera)
+    fails(
+        andante("teach", tmp_path / "one", *SHED), "recording 'one' has 1 frame, an anchor has to be found in at least"
+    )
+    assert finder.searched == []
+
+
+def test_two_anchors_of_one_class(drive, monkeypatch, andante, fails, tmp_path):
+    def red_and_blue(picture, min_score):
+        """What is red, and what is blue as the shed."""
+        blue, green, red = picture.transpose(2, 0, 1).astype(int)
+        found = []
+        for mask in ((red > 160) & (green < 90), (blue > 130) & (green < 110) & (red < 70)):
+            rows, columns = np.nonzero(mask)
+            if len(rows) > 60:
+                pixels = columns.min(), rows.min(), columns.max() + 1, rows.max() + 1
+                found.append(Found(tuple(map(float, pixels)), "bicycle", 0.8))
+        return found
+
+    monkeypatch.setattr("andante.cli.teach.anchor_finder", lambda weights: AnchorSearch(red_and_blue, workers=1))
+    message = r"two things called 'bicycle' are in view, in frame \d+ at azimuths .* \(--which (\d+,-?\d+)\), or take"
+    answer = andante("teach", drive, *SHED, "--out", tmp_path / "x")
+    fails(answer, message)
+    which = re.search(message, answer.stderr)[1]
+    chosen = andante("teach", drive, *SHED, "--which", which, "--out", tmp_path / "x", "--json")
+    assert chosen.exit_code == 0, chosen.stderr
+
+
 def test_beside_what(drive, andante, tmp_path):
     answer = andante("teach", drive, *SHED[2:], "--out", tmp_path / "x")
     assert answer.exit_code == 2
@@ -107,8 +146,17 @@ def test_beside_what(drive, andante, tmp_path):
 
 
 def test_a_detector_that_is_none(drive, andante, fails, tmp_path):
+    pytest.importorskip("onnx", reason="making a detector of other classes needs onnx")
+    path = Path(__file__).parents[1] / "landmarks" / "yolox_files.py"
+    spec = importlib.util.spec_from_file_location("yolox_files", path)
+    yolox_files = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(yolox_files)
+    write_yolox, table = yolox_files.write_yolox, yolox_files.table
     weights = tmp_path / "weights.onnx"
     weights.write_bytes(b"no network")
+    other = write_yolox(tmp_path / "other.onnx", table({}, columns=25))
+    message = "other.onnx knows 20 classes, not the 80 of COCO; give one that learnt from COCO"
+    fails(andante("teach", drive, *SHED, "--out", tmp_path / "x", "--weights", other), message)
     fails(andante("teach", drive, *SHED, "--out", tmp_path / "x", "--weights", weights), ".*weights.onnx")
     fails(andante("teach", drive, *SHED, "--out", tmp_path / "x", "--weights", tmp_path / "no"), ".*no")
 

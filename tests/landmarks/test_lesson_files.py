@@ -66,6 +66,16 @@ def test_nothing_is_overwritten_and_nothing_half_done(taught, tmp_path, monkeypa
     with pytest.raises(InputError, match=r"exists already; choose another folder with --out"):
         check_new(tmp_path)
 
+    (tmp_path / "file").write_bytes(b"")
+    with pytest.raises(InputError, match=r"file/x/y cannot be made, .*file is no folder; choose another place"):
+        check_new(tmp_path / "file" / "x" / "y")
+    (tmp_path / "file").unlink()
+    with monkeypatch.context() as patched:
+        patched.setattr("os.access", lambda *_: False)
+        with pytest.raises(InputError, match=r"x/y cannot be made, .* cannot be written to; choose another place with"):
+            check_new(tmp_path / "x" / "y")
+    check_new(tmp_path / "x" / "y")
+
     def full(*_):
         raise OSError(28, "No space left on device")
 

@@ -7,6 +7,7 @@ from andante.angles import wrapped
 from andante.camera import PanoramaGeometry
 from andante.errors import InputError, LearningError
 from andante.landmarks.boxes import Box, Detection
+from andante.landmarks.coco_names import COCO_NAMES
 from andante.landmarks.teaching import AnchorTrack, Lesson, Relation, find_track, spread, teach
 
 GEOMETRY = PanoramaGeometry(720, 160, -40.0, 40.0)
@@ -44,18 +45,22 @@ def test_boxes_end_where_the_picture_ends_and_need_half_of_themselves_in_it():
     (box, *_) = half_in.boxes.values()
     assert box.high_rad == pytest.approx(top)
     assert box.height_rad == pytest.approx(0.11)
-    with pytest.raises(InputError, match=r"'roof' lies outside of the picture in 20 of 20 frames: its middle is at 41"):
+    with pytest.raises(InputError, match=r"'roof' lies outside of the picture in 20 of 20 frames, above its upper"):
         teach("roof", track(elevation_rad=top - 0.18), Relation(0, 1.0, 1, 1), GEOMETRY)
 
 
 def test_box_outside_of_the_picture():
     with pytest.raises(
         InputError,
-        match=r"landmark 'shed' lies outside of the picture in 20 of 20 frames: its middle is at 109 degrees of "
-        r"elevation, pictures show -40 to 40; choose a box nearer to the bicycle",
+        match=r"landmark 'shed' lies outside of the picture in 20 of 20 frames, above its upper edge at 40 degrees of "
+        r"elevation; choose a box nearer to the bicycle",
     ):
         teach("shed", track(), Relation(0.0, 10.0, 1.0, 1.0), GEOMETRY)
-    with pytest.raises(InputError, match=r"lies outside"):  # wider than what anybody sees at once
+    with pytest.raises(InputError, match=r"frames, below its lower edge at -40 degrees"):
+        teach("shed", track(), Relation(0.0, -10.0, 1.0, 1.0), GEOMETRY)
+    with pytest.raises(
+        InputError, match=r"more than 180 degrees wide in 20 of 20 frames, 206 in the median"
+    ):  # wider than what anybody sees at once
         teach("shed", track(), Relation(0.0, 0.0, 12.0, 1.0), GEOMETRY)
 
 
@@ -114,6 +119,13 @@ def test_spread():
 def test_kinds_that_no_detector_knows(anchor_scene):
     with pytest.raises(InputError, match=r"no detector knows an anchor 'unicorn'; choose one of: bicycle, car, cow"):
         find_track(anchor_scene(), anchor_scene.recording(), "unicorn", lambda done, total: None)
+    many = anchor_scene()
+    many.names = COCO_NAMES
+    with pytest.raises(InputError, match=r"choose one of: .*bicycle, .*sports ball \(7[0-2] others are known\)$"):
+        find_track(many, anchor_scene.recording(), "unicorn", lambda done, total: None)
+    with pytest.raises(InputError, match=r"choose one of: skateboard, "):
+        find_track(many, anchor_scene.recording(), "skatebord", lambda done, total: None)
+    assert many.searched == []
     found = find_track(anchor_scene(), anchor_scene.recording(), "bicycle", lambda done, total: None)
     assert list(found.detections) == list(range(40))
     assert isinstance(teach("shed", found, ABOVE, GEOMETRY), Lesson)

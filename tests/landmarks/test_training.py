@@ -196,10 +196,13 @@ def test_a_file_that_contradicts_itself_is_refused(monkeypatch):
 
     one = [{"name": "a", **landmark}]
     for change, message in [
-        ({"schema": 2}, "schema: input should be 1"),
+        ({"schema": 2}, "this detector has schema 2, this version of andante reads 1; upgrade andante"),
         ({"landmarks": one}, "names 1 landmarks, its network has"),
         ({"landmarks": one * 2}, "two landmarks of one name"),
-        ({"landmarks": [{"name": "../a", **landmark}] * 2}, "a landmark cannot be called"),
+        (
+            {"landmarks": [{"name": "../a", **landmark}] * 2},
+            "cannot be used: a landmark cannot be called",
+        ),
         ({"min_deg": 60.0}, "a panorama needs elevations"),
         ({"width_px": 256}, "its network has"),
     ]:
@@ -217,6 +220,8 @@ def test_learning_says_what_it_needs(monkeypatch):
         TrainingConfig(held_out=0.9)
     with pytest.raises(ConfigError, match="batch = 0 is not allowed"):
         TrainingConfig(batch=0)
+    with pytest.raises(InputError, match=r"taught in recording 'monday', so it is not one that shows none of them"):
+        train_detector([(recording, [labels])], TrainingConfig(GEOMETRY), elsewhere=[recording])
     lost = TrainingConfig(GEOMETRY, steps=1, batch=6, held_out=0.3, least_labels=6)
     with pytest.raises(LearningError, match=r"landmark 'stripes': .* cannot be told apart"):
         train_detector([(recording, [labels])], lost)

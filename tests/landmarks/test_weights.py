@@ -1,4 +1,5 @@
 import hashlib
+from http.client import IncompleteRead
 
 import pytest
 
@@ -42,9 +43,13 @@ def test_without_a_network_the_message_says_what_to_do(tmp_path, monkeypatch):
     def refused(*_, **__):
         raise OSError("no route")
 
-    monkeypatch.setattr(module.urllib.request, "urlopen", refused)
-    with pytest.raises(InputError, match=r"cannot be downloaded from https://github.com/.*no route.*--weights FILE"):
-        fetched_weights(tmp_path / "a.onnx")
+    def cut_short(*_, **__):
+        raise IncompleteRead(b"half")
+
+    for urlopen, reason in ((refused, "no route"), (cut_short, "IncompleteRead")):
+        monkeypatch.setattr(module.urllib.request, "urlopen", urlopen)
+        with pytest.raises(InputError, match=rf"downloaded from https://github.com/.*{reason}.*--weights FILE"):
+            fetched_weights(tmp_path / "a.onnx")
 
 
 def test_the_release_is_pinned():

@@ -4,6 +4,7 @@ import builtins
 
 import numpy as np
 import pytest
+from onnx import TensorProto
 from yolox_files import row_of, table, write_yolox
 
 from andante.errors import ImageError, InputError, MissingExtraError
@@ -93,6 +94,9 @@ def test_other_inputs_and_outputs_are_errors(tmp_path):
     grey = write_yolox(tmp_path / "grey.onnx", table({}), inputs=1)
     with pytest.raises(InputError, match=r"has inputs \[\(1, 1, 64, 64\)\].*a YOLOX file takes one picture"):
         AnchorDetector(grey)
+    bytes_ = write_yolox(tmp_path / "bytes.onnx", table({}), kind=TensorProto.UINT8)
+    with pytest.raises(InputError, match=r"takes or gives .*tensor\(uint8\), not floats; a YOLOX file takes"):
+        AnchorDetector(bytes_)
     short = write_yolox(tmp_path / "short.onnx", table({})[:, :50])
     with pytest.raises(InputError, match=r"gives 50 rows for 64 px, expected 84"):
         AnchorDetector(short)

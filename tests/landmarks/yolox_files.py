@@ -25,13 +25,16 @@ def table(rows: dict[int, tuple[tuple[float, float, float, float], int, float]],
     return values
 
 
-def write_yolox(path: Path, values: np.ndarray, *, size: int = SIZE, inputs: int = 3) -> Path:
+def write_yolox(
+    path: Path, values: np.ndarray, *, size: int = SIZE, inputs: int = 3, kind: int = TensorProto.FLOAT
+) -> Path:
     """A file that gives ``values`` times the blueness of the picture's mean (1 for pure blue) in objectness."""
     blue = np.zeros_like(values)
     blue[..., 4] = values[..., 4]
     rest = values - blue
     nodes = [
-        helper.make_node("Slice", ["images", "from", "to", "axis"], ["first"]),
+        helper.make_node("Cast", ["images"], ["floats"], to=TensorProto.FLOAT),
+        helper.make_node("Slice", ["floats", "from", "to", "axis"], ["first"]),
         helper.make_node("ReduceMax", ["first"], ["level"], axes=[1, 2, 3], keepdims=0),
         helper.make_node("Mul", ["level", "scale"], ["share"]),
         helper.make_node("Mul", ["blue", "share"], ["lit"]),
@@ -48,7 +51,7 @@ def write_yolox(path: Path, values: np.ndarray, *, size: int = SIZE, inputs: int
     graph = helper.make_graph(
         nodes,
         "yolox",
-        [helper.make_tensor_value_info("images", TensorProto.FLOAT, [1, inputs, size, size])],
+        [helper.make_tensor_value_info("images", kind, [1, inputs, size, size])],
         [helper.make_tensor_value_info("output", TensorProto.FLOAT, list(values.shape))],
         [numpy_helper.from_array(value, name) for name, value in constants.items()],
     )

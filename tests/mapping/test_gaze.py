@@ -167,6 +167,31 @@ def test_a_file_with_arrays_that_do_not_fit(gaze, tmp_path):
         GazeMap.load(path)
 
 
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            lambda text: text.replace('"patches": 1}', '"patches": 2}', 1),
+            r"bounds are of \[2, 3, 8, 24\] patches, they have",
+        ),
+        (lambda text: "[" * 100_000, r"cannot be used: maximum recursion depth"),
+    ],
+)
+def test_a_file_with_a_header_that_is_wrong(gaze, tmp_path, change, message):
+    path = path_of(gaze, tmp_path)
+    save_file(load_file(path), tmp_path / "a.gaze", {"andante-gaze": change(_metadata(path))})
+    with pytest.raises(MapError, match=message):
+        GazeMap.load(tmp_path / "a.gaze")
+
+
+def test_a_drive_of_one_place_can_be_kept(garden, tmp_path):
+    """Nothing to mistake it for: margins are infinite, which files cannot hold."""
+    small = build_gaze_map([garden.drive(garden.loop(30, radius_m=0.2))], SMALL)
+    small.save(tmp_path / "a.gaze")
+    assert GazeMap.load(tmp_path / "a.gaze").bounds == small.bounds
+    assert small.localize(garden.panorama((0.2, 0.0, 0.0))).status is Status.OK
+
+
 def path_of(gaze, folder):
     gaze.save(folder / "whole.gaze")
     return folder / "whole.gaze"

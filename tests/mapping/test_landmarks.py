@@ -3,6 +3,7 @@
 import dataclasses
 import json
 from collections.abc import Sequence
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,13 +11,15 @@ import pytest
 from safetensors.numpy import load, save
 
 from andante.data import CameraSpec, ImageArray, Status
-from andante.errors import ArrayError, ConfigError, LearningError, MapError
+from andante.errors import ArrayError, ConfigError, ImageError, LearningError, MapError
 from andante.evaluation import evaluate
 from andante.landmarks.boxes import Box, Detection
 from andante.landmarks.views import ViewCutter
 from andante.localization.evidence import evidence_of
-from andante.mapping import LandmarkConfig, LandmarkMap, SlowMap, add_landmarks, map_landmarks
-from andante.mapping.landmark_lesson import best_by_name
+from andante.mapping import LandmarkConfig, LandmarkMap, SlowMap, add_landmarks, landmark_lesson, map_landmarks
+from andante.mapping.landmark_fusion import correlation_of
+from andante.mapping.landmark_lesson import Album, best_by_name
+from andante.mapping.landmark_sights import Sight, fused
 from andante.mapping.landmarks import LandmarkEye
 
 CONFIG = LandmarkConfig(width_px=48, height_px=24, slow_features=12, pca_components=40)
@@ -164,12 +167,57 @@ def test_a_landmark_that_is_hardly_seen_is_left_out(garden, drives, friday):
     assert map_landmarks(drives, Shy(garden, drives), CONFIG).names == ("lamp", "shed")
     with pytest.raises(LearningError, match=r"no landmark is seen in any frame with a position"):
         map_landmarks(drives, PostDetector(garden, []), CONFIG)
-    with pytest.raises(LearningError, match=r"no landmark is seen in 20 frames or more, the most frequent in 5"):
+    with pytest.raises(LearningError, match=r"is seen in 20 frames or more, the most frequent, 'lamp', in 5; record"):
         map_landmarks(
             [garden.drive(garden.loop(60)[:5], fisheye=True)],
             PostDetector(garden, [garden.drive(garden.loop(60)[:5], fisheye=True)]),
             CONFIG,
         )
+
+
+def test_landmarks_of_which_nothing_can_be_held_out_are_refused(garden, drives):
+    """Nobody could say how far to believe them."""
+    short = garden.drive(garden.loop(60)[:25], fisheye=True)
+    with pytest.raises(LearningError, match=r"a third of its frames out and learn from 20 others, .* 'lamp', in 25"):
+        map_landmarks([short], PostDetector(garden, [short]), CONFIG)
+    with pytest.raises(LearningError, match=r"20 frames or more of the other drives when .* 'lamp', in 60; record"):
+        map_landmarks(drives, PostDetector(garden, drives[:1]), CONFIG)
+
+    class Half(PostDetector):
+        """Sees the oak on one of the days alone."""
+
+        def detect(self, image, camera):
+            first = any(drives[0].load(info).tobytes() == image.tobytes() for info in drives[0].infos)
+            return [one for one in super().detect(image, camera) if first or one.name != "oak"]
+
+    assert map_landmarks(drives, Half(garden, drives), CONFIG).names == ("lamp", "shed")
+
+
+def test_what_is_held_out_has_no_say_in_where_landmarks_stand(drives, detector, monkeypatch):
+    """Trials go by the places that they learnt themselves."""
+    known = []
+    monkeypatch.setattr(
+        landmark_lesson, "fused", lambda sights, *rest: known.append(sights[0].model.geometry) or fused(sights, *rest)
+    )
+    (lamp, *_) = map_landmarks(drives, detector, CONFIG).models
+    assert len({(one.x_m, one.y_m) for one in known}) == 2
+    assert lamp.geometry not in known
+
+
+def test_errors_are_compared_along_the_axes_of_the_map():
+    """A long thin covariance beside a round one: their errors in deviations are those of symmetric roots."""
+    rng = np.random.default_rng(3)
+    turn = np.array([[1.0, -1.0], [1.0, 1.0]]) / np.sqrt(2)
+    root = turn @ np.diag([3.0, 0.1]) @ turn.T
+    errors = rng.normal(size=(50, 2))
+    model = SimpleNamespace(scale=1.0)
+    held = [
+        [Sight(model, None, root @ one, root @ root, 1.0), Sight(model, None, one, np.eye(2), 1.0)] for one in errors
+    ]
+    album = Album((), np.zeros((50, 3)), np.zeros(50, np.int64))
+    white = landmark_lesson._white(held, [model, model], album)
+    np.testing.assert_allclose(white[:, 0], errors, atol=1e-9)
+    assert correlation_of(white) == pytest.approx(1.0)
 
 
 def test_inverse_error_is_the_thesis_way(drives, detector, friday):
@@ -251,6 +299,8 @@ def test_images_of_another_size_are_understood(taught, friday):
     image = friday.load(friday.infos[0])
     twice = np.repeat(np.repeat(image, 2, axis=0), 2, axis=1)
     assert "none of the 3 landmarks" in taught.localize(twice).reason
+    with pytest.raises(ImageError, match=r"120x60 px does not fit the camera, whose images are 120x120 px"):
+        eye_of(taught.landmarks, PostDetector(None, []), friday).localize(image[:60])
 
 
 @pytest.mark.parametrize(

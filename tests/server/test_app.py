@@ -1,4 +1,5 @@
 import re
+from concurrent.futures import ThreadPoolExecutor
 
 import cv2
 import numpy as np
@@ -115,6 +116,7 @@ def test_a_request_with_a_path_in_it(path, client):
     [
         ("/frames/40.jpg", 400, "frame 40 does not exist; this recording has frames 0 to 39"),
         ("/frames/-1.jpg", 422, "a frame is asked for by its number, got '-1'"),
+        ("/frames/" + "9" * 3000 + ".jpg", 422, f"a frame is asked for by its number, got '{'9' * 40}'"),
         ("/frames/1.jpg?width=9", 422, "width: .*, got '9'"),
         ("/frames/1.jpg?azimuth=nan", 422, "azimuth: .*, got 'nan'"),
         ("/frames/1.jpg?height_px=100000", 422, "height_px: .*, got '100000'"),
@@ -136,6 +138,7 @@ def test_frames_that_cannot_be(path, status, message, client):
         ({"up": 9}, "landmark 'shed' lies outside of the picture in 4[0-9] of 4|landmark 'shed' lies outside"),
         ({"up": "1"}, "up: input should be a valid number, got '1'"),
         ({"folder": "/etc"}, "folder: extra inputs are not permitted, got '/etc'"),
+        ({"folder\n" + "x" * 99: 1}, r"'folder\\nx+: extra inputs are not permitted, got '1'$"),
         ({"name": 3}, "name: input should be a valid string, got '3'"),
     ],
 )
@@ -199,7 +202,57 @@ def test_bodies(client):
     assert (large.status_code, large.json()["error"]) == (413, f"a request has at most {MAX_BODY_BYTES} bytes")
     chunked = client.post("/search", content=iter([b"{}"]), headers={"content-type": "application/json"})
     assert chunked.status_code == 411
-    assert client.put("/search", json={}).status_code == 405
+    wrong = client.put("/search", json={})
+    assert (wrong.status_code, wrong.json()["error"].split(",")[0]) == (405, "this address is asked in another way")
+
+
+@pytest.mark.parametrize("body", ["{", "\xff", "[" * 50_000, '{"anchor": ' + "9" * 5000 + "}"])
+def test_bodies_that_are_no_json(body, client):
+    answer = client.post("/search", content=body.encode("latin1"), headers={"content-type": "application/json"})
+    assert answer.status_code in (400, 422)
+    assert answer.json()["error"] == "the body of this request is no JSON that can be read; reload the page"
+
+
+@pytest.mark.parametrize(
+    ("message", "error"),
+    [
+        ({"anchor": "bicycle", "frame": 3}, "one of several is told by a frame and an azimuth_deg, by both"),
+        ({"anchor": "bicycle", "azimuth_deg": 3}, "one of several is told by a frame and an azimuth_deg, by both"),
+        ({"anchor": "bicycle", "frame": 40, "azimuth_deg": 0}, "frame 40 does not exist, recording 'memory' has .* 39"),
+        ({"anchor": "bicycle", "frame": 10**12, "azimuth_deg": 0}, "frame: input should be less than 1000000000"),
+    ],
+)
+def test_choices_that_cannot_be(message, error, client):
+    answer = client.post("/search", json=message)
+    assert answer.status_code in (400, 422)
+    assert re.match(error, answer.json()["error"]), answer.json()
+    assert client.made.finder.searched == []
+
+
+@pytest.mark.parametrize(
+    ("left_out", "error"),
+    [
+        ([("shed", [1]), ("shed", [2])], "left_out names a landmark twice"),
+        ([("shed", [1, 40])], "landmark 'shed' has no label in frame 40 that could be left out"),
+        ([("tree", [1])], "there is no landmark 'tree'"),
+    ],
+)
+def test_frames_that_cannot_be_left_out(left_out, error, drawing):
+    drawing.post("/landmarks", json=SHED)
+    body = {"left_out": [{"landmark": name, "frames": frames} for name, frames in left_out]}
+    answer = drawing.post("/save", json=body)
+    assert (answer.status_code in (400, 422), answer.json()) == (True, {"error": error})
+    assert drawing.made.saved == []
+
+
+def test_many_saves_at_once_save_once(drawing):
+    drawing.post("/landmarks", json=SHED)
+    with ThreadPoolExecutor(4) as pool:
+        answers = list(pool.map(lambda _: drawing.post("/save", json={}), range(8)))
+    assert sorted(answer.status_code for answer in answers) == [200] + [400] * 7
+    assert len(drawing.made.saved) == 1
+    assert drawing.post("/landmarks/remove", json={"name": "shed"}).json()["error"].startswith("everything is saved")
+    assert [one.name for one in drawing.made.desk.result[0]] == ["shed"]
 
 
 def test_one_of_two_anchors(client):

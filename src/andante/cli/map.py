@@ -108,12 +108,13 @@ def command(
     detector = None if landmarks is None else _detector(landmarks)
     started, log, drives = time.perf_counter(), BuildLog(), [open_recording(one) for one in recordings]
     if detector is not None:
-        check_drives(drives)
+        check_drives(drives, resolved.positions)
     with progress_bars() as progress:
         slowmap = build_map(drives, resolved, progress=progress, log=log)
         if detector is not None:
             with log.timed("landmarks"):
                 slowmap = add_landmarks(slowmap, drives, detector, progress=progress)
+            log.hints += _left_out(detector, slowmap)
     size = replace_map(slowmap, output)
     log.seconds["total"] = time.perf_counter() - started
     summary = {"map": str(output), "bytes": size, **_summary(slowmap, log.seconds)}
@@ -147,6 +148,13 @@ def _detector(path: Path) -> LandmarkDetector:
             f"andante learn-landmarks {path} -o NAME.onnx"
         )
     return LandmarkDetector.load(path)
+
+
+def _left_out(detector: LandmarkDetector, slowmap: SlowMap) -> list[str]:
+    """Of landmarks that the detector knows and the map does not."""
+    mapped = () if slowmap.landmarks is None else slowmap.landmarks.names
+    missing = ", ".join(name for name in detector.names if name not in mapped)
+    return [f"seen too seldom to be learnt and tried, so the map goes without: {missing}"] if missing else []
 
 
 def _given(values: dict[str, Any]) -> dict[str, Any]:

@@ -31,6 +31,9 @@ EPILOG = examples(
 )
 
 
+_MOST_FRAMES = 10**9
+
+
 def command(
     recording: Annotated[
         Path,
@@ -217,7 +220,7 @@ def _chosen(which: str | None) -> Chosen | None:
     if which is None:
         return None
     frame, degrees = _pair(which, "--which")
-    if frame < 0 or frame != int(frame):
+    if not (0 <= frame < _MOST_FRAMES and frame == int(frame)):
         raise InputError(f"--which {which!r:.40}: a frame is a number from 0; give FRAME,DEGREES, as 12,-30")
     return Chosen(int(frame), wrapped(math.radians(degrees)))
 

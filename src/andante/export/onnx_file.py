@@ -30,8 +30,8 @@ from andante.export.local_readout import add_local
 from andante.export.panoramas import add_panorama
 from andante.export.regressions import LocatedNames, add_gaussian_process, add_polynomial
 from andante.export.slow_models import add_slow_model
+from andante.files import replace_file
 from andante.mapping import SlowMap
-from andante.mapping.artifact import replace_file
 from andante.mapping.located import Readout
 from andante.mapping.readout import LocalReadout
 from andante.mapping.regressions import GaussianProcessReadout, PolynomialReadout

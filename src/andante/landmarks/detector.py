@@ -56,12 +56,7 @@ class LandmarkDetector:
                 "the file that the map was built with, or build the map again"
             )
         detector = cls(data, str(path), threads=threads)
-        if names is not None and set(names) - set(detector.names):
-            missing = ", ".join(sorted(set(names) - set(detector.names)))
-            raise InputError(
-                f"landmark detector {path} finds {', '.join(detector.names)}, but not {missing}; give the detector "
-                "that was taught these landmarks, or teach them"
-            )
+        check_names(detector, names or (), f"landmark detector {path}")
         return detector
 
     def save(self, path: str | Path) -> None:
@@ -117,6 +112,15 @@ class LandmarkDetector:
         (told,) = self._session.run([OUTPUT], {INPUT: panorama[None]})
         told = told[0].reshape(len(self.header.landmarks), PER_LANDMARK, self._grid.rows, self._grid.columns)
         return told[:, 0], told[:, 1:]
+
+
+def check_names(detector: LandmarkDetector, names: Sequence[str], source: str) -> None:
+    """Raise ``InputError`` unless a detector, called ``source`` in the message, finds all of these landmarks."""
+    if missing := sorted(set(names) - set(detector.names)):
+        raise InputError(
+            f"{source} finds {', '.join(detector.names)}, but not {', '.join(missing)}; give the detector that was "
+            "taught these landmarks, or teach them"
+        )
 
 
 def _session(data: bytes, source: str, threads: int) -> Any:  # noqa: ANN401 (onnxruntime has no types)

@@ -141,13 +141,21 @@ def read_header(text: str | None, source: str) -> DetectorHeader:
         header.geometry  # noqa: B018  (checks elevations)
     except (ValidationError, ConfigError) as error:
         fault = error.errors(include_url=False)[0] if isinstance(error, ValidationError) else None
+        if fault and fault["loc"] == ("schema",):
+            raise InputError(
+                f"landmark detector {source} has schema {fault['input']!r:.20}, this version of andante reads "
+                f"{SCHEMA}; upgrade andante"
+            ) from None
         reason = f"{'.'.join(map(str, fault['loc']))}: {fault['msg'].lower()}" if fault else str(error)
         raise InputError(
             f"landmark detector {source} cannot be used: {reason}; it was written by another version or tampered with"
         ) from None
     names = [landmark.name for landmark in header.landmarks]
     for name in names:
-        check_name(name)
+        try:
+            check_name(name)
+        except InputError as error:
+            raise InputError(f"landmark detector {source} cannot be used: {error}") from None
     if len(set(names)) < len(names):
         raise InputError(f"landmark detector {source} has two landmarks of one name; learn it again")
     return header

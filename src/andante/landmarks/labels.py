@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
 import re
-import uuid
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -15,6 +13,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from andante.errors import InputError
+from andante.files import replace_file
 from andante.landmarks.boxes import Box
 from andante.protocols import Recording
 
@@ -23,6 +22,8 @@ MAX_BYTES = 2**26
 """A file of labels that is larger is not read: 500 labels take 60 kB."""
 
 _NAME = re.compile(r"[^\W_][\w .-]{0,99}")
+_MOST_NAME_BYTES = 200
+"""Files are called like their landmarks, and a file system that takes 255 bytes needs some for what it adds."""
 _Angle = Annotated[float, Field(ge=-math.pi, le=math.pi)]
 _Width = Annotated[float, Field(gt=0, le=2 * math.pi)]
 _Height = Annotated[float, Field(gt=0, le=math.pi)]
@@ -85,21 +86,24 @@ class Labels:
         try:
             file = _LabelsFile.model_validate_json(text)
         except ValidationError as error:
-            raise InputError(f"labels {path} cannot be used: {_first_fault(error)}; teach the landmark again") from None
+            raise InputError(f"labels {path} cannot be used: {_first_fault(error)}") from None
         frames = [row.frame for row in file.boxes]
         if len(set(frames)) < len(frames):
             twice = next(frame for frame in frames if frames.count(frame) > 1)
             raise InputError(f"labels {path}: frame {twice} has two boxes; a landmark is in a frame once")
         boxes, anchors = ({row.frame: row.box for row in rows} for rows in (file.boxes, file.anchors))
-        return cls(file.name, file.recording, boxes, frozenset(file.absent), file.content_hash, anchors)
+        try:
+            return cls(file.name, file.recording, boxes, frozenset(file.absent), file.content_hash, anchors)
+        except InputError as error:
+            raise InputError(f"labels {path} cannot be used: {error}") from None
 
 
 def check_name(name: str) -> None:
     """Raise ``InputError`` for a name that is empty, or that could be taken for a path in a file system."""
-    if not _NAME.fullmatch(name):
+    if not _NAME.fullmatch(name) or len(name.encode()) > _MOST_NAME_BYTES:
         raise InputError(
             f"a landmark cannot be called {name[:80]!r}; allowed are 1 to 100 letters, digits, spaces, dots, "
-            "underscores and hyphens, beginning with a letter or digit"
+            f"underscores and hyphens, {_MOST_NAME_BYTES} bytes at most, beginning with a letter or digit"
         )
 
 
@@ -146,18 +150,11 @@ def read_file(path: Path, most_bytes: int) -> bytes:
 
 
 def write_file(path: Path, data: bytes) -> None:
-    """Write beside the place and rename, so that a reader sees the old file or the new one; raises ``InputError``."""
-    part = path.parent / f".{path.name}.{uuid.uuid4().hex}.part"
+    """Write a file whole or not at all; raises ``InputError`` where its place cannot be written."""
     try:
-        with part.open("xb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
+        replace_file(path, data)
     except OSError as error:
         raise InputError(f"{path} cannot be written: {error.strerror}; choose another place") from None
-    finally:
-        part.unlink(missing_ok=True)
 
 
 class _Row(BaseModel):
@@ -194,7 +191,10 @@ def _rows(boxes: Mapping[int, Box]) -> list[dict[str, Any]]:
 def _first_fault(error: ValidationError) -> str:
     fault: Any = error.errors(include_url=False)[0]
     where = ".".join(str(part) for part in fault["loc"])
-    return f"{where}: {fault['msg'].lower()}" if where else str(fault["msg"]).lower()
+    if where == "schema":
+        return f"they have schema {fault['input']!r:.20}, this version of andante reads {SCHEMA}; upgrade andante"
+    told = f"{where}: {fault['msg'].lower()}" if where else str(fault["msg"]).lower()
+    return f"{told}; teach the landmark again"
 
 
 def _check_frame(name: str, frame: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import uuid
 from collections.abc import Sequence
@@ -52,9 +53,14 @@ def write_lessons(
 
 
 def check_new(folder: Path) -> None:
-    """Raise ``InputError`` where a folder exists already: before the work that would be lost, not after it."""
-    if folder.exists():
+    """Raise ``InputError`` where a new folder cannot be made: before the work that would be lost, not after it."""
+    if os.path.lexists(folder):
         raise InputError(f"{folder} exists already; choose another folder with --out, or remove it first")
+    place = next(parent for parent in folder.absolute().parents if os.path.lexists(parent))
+    if not place.is_dir():
+        raise InputError(f"{folder} cannot be made, {place} is no folder; choose another place with --out")
+    if not os.access(place, os.W_OK | os.X_OK):
+        raise InputError(f"{folder} cannot be made, {place} cannot be written to; choose another place with --out")
 
 
 def coco_geometry(seen: PanoramaGeometry) -> PanoramaGeometry:

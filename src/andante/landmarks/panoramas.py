@@ -20,9 +20,10 @@ class PanoramaMaker:
 
     def __init__(self, camera: CameraSpec, image_shape: tuple[int, ...], geometry: PanoramaGeometry) -> None:
         if not camera.heading_invariant:
+            wide = f" of {camera.horizontal_field_of_view_deg:g} degrees" if camera.model == "panorama" else ""
             raise ConfigError(
-                f"landmarks are looked for all around the horizon; a {camera.model} camera of "
-                f"{camera.horizontal_field_of_view_deg:g} degrees does not see it; use a fisheye or a panorama"
+                f"landmarks are looked for all around the horizon; a {camera.model} camera{wide} does not see it; use "
+                "a fisheye or a panorama"
             )
         self.geometry = geometry
         self._unwrapper = Unwrapper(camera, image_shape, geometry if camera.model == "fisheye" else None)

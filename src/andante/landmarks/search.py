@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from andante.data import ImageArray
+from andante.data import FloatArray, ImageArray, Trajectory
 from andante.errors import ConfigError, ImageError, LearningError
 from andante.landmarks.anchors import PictureDetector, find_anchors, near_and_far
 from andante.landmarks.boxes import Detection
@@ -79,9 +79,15 @@ class AnchorSearch:
                 last = spectrum
             if progress is not None:
                 progress(index + 1, frames)
-        track = one_anchor(detections, turn_rad, chosen)
-        _require_enough(name, track)
+        track = one_anchor(detections, turn_rad, chosen, _poses(recording))
+        require_enough(name, len(track))
         return fill_gaps(track, _readable(surroundings), surroundings.geometry, frames)
+
+
+def _poses(recording: Recording) -> FloatArray:
+    """(n, 3) reference poses; odometry drifts away from where a thing was seen before."""
+    known = Trajectory.of(recording.infos, "reference")
+    return np.column_stack([known.xy_m, known.heading_rad])
 
 
 def _readable(surroundings: Surroundings) -> Callable[[int], ImageArray]:
@@ -97,14 +103,28 @@ def _readable(surroundings: Surroundings) -> Callable[[int], ImageArray]:
     return panorama
 
 
-def _require_enough(name: str, track: dict[int, Detection]) -> None:
-    if not track:
+def check_long_enough(recording: Recording) -> None:
+    """Raise ``LearningError`` for a recording in which no anchor can be found often enough: before the search."""
+    if len(recording.infos) < MIN_FRAMES:
+        raise LearningError(
+            f"recording {recording.name!r} has {_frames(len(recording.infos))}, an anchor has to be found in at least "
+            f"{MIN_FRAMES}; record a drive past it"
+        )
+
+
+def require_enough(name: str, found: int) -> None:
+    """Raise ``LearningError`` where an anchor was found in fewer than 10 frames."""
+    if not found:
         raise LearningError(
             f"no {name} was found in any frame; put one beside the landmark where the camera sees it whole, or choose "
             "another kind of anchor"
         )
-    if len(track) < MIN_FRAMES:
+    if found < MIN_FRAMES:
         raise LearningError(
-            f"the {name} was found in {len(track)} frame{'s' if len(track) > 1 else ''} only, at least {MIN_FRAMES} "
-            "are needed; drive nearer to it, more slowly, or choose another kind of anchor"
+            f"the {name} was found in {_frames(found)} only, at least {MIN_FRAMES} are needed; drive nearer to it, "
+            "more slowly, or choose another kind of anchor"
         )
+
+
+def _frames(count: int) -> str:
+    return f"{count} frame{'s' if count != 1 else ''}"

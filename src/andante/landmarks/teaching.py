@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from typing import Protocol
 
 import numpy as np
@@ -17,7 +18,7 @@ from andante.camera import PanoramaGeometry
 from andante.errors import InputError, LearningError
 from andante.landmarks.boxes import Box, Detection
 from andante.landmarks.labels import check_name
-from andante.landmarks.search import MIN_FRAMES, Progress
+from andante.landmarks.search import MIN_FRAMES, Progress, check_long_enough, require_enough
 from andante.landmarks.tracks import Chosen
 from andante.landmarks.windows import clipped, visible_share
 from andante.protocols import Recording
@@ -27,6 +28,8 @@ FARTHEST, LARGEST = 20.0, 20.0
 SUGGESTED = ("bicycle", "suitcase", "car", "umbrella", "person", "chair", "potted plant", "sports ball")
 """Anchors that are easy to come by and to recognise; those of the thesis first (7.4)."""
 _VISIBLE_SHARE = 0.5
+_LISTED = 12
+"""Kinds of anchor that a message names."""
 _WIDEST_RAD = math.pi
 
 
@@ -94,17 +97,7 @@ class AnchorTrack:
     detections: Mapping[int, Detection]
 
     def __post_init__(self) -> None:
-        found = len(self.detections)
-        if not found:
-            raise LearningError(
-                f"no {self.name} was found in any frame; put one beside the landmark where the camera sees it whole, "
-                "or choose another kind of anchor"
-            )
-        if found < MIN_FRAMES:
-            raise LearningError(
-                f"the {self.name} was found in {found} frame{'s' if found > 1 else ''} only, at least {MIN_FRAMES} are "
-                "needed; drive nearer to it, more slowly, or choose another kind of anchor"
-            )
+        require_enough(self.name, len(self.detections))
 
     def best_frame(self) -> int:
         """A frame to draw in: seen rather than followed, then where score and size are high."""
@@ -145,17 +138,32 @@ def find_track(
 ) -> AnchorTrack:
     """Look for an anchor in a recording.
 
-    Raises ``InputError`` for a kind that the finder does not know, ``LearningError`` where there is none, or in too few
-    frames, and what the finder raises.
+    Raises ``InputError`` for a kind that the finder does not know and a frame that the recording does not have,
+    ``LearningError`` where there is none, or in too few frames, and what the finder raises.
     """
-    check_kind(finder, name)
+    check_search(finder, recording, name, chosen)
     return AnchorTrack(name, dict(sorted(finder.find(recording, name, progress, chosen=chosen).items())))
 
 
-def check_kind(finder: AnchorFinder, name: str) -> None:
-    """Raise ``InputError`` for a kind of anchor that the finder does not know."""
+def check_search(finder: AnchorFinder, recording: Recording, name: str, chosen: Chosen | None = None) -> None:
+    """Whether a search can find anything: before the minutes that it takes.
+
+    Raises ``InputError`` for a kind of anchor that the finder does not know and for a frame that the recording does not
+    have, ``LearningError`` for a recording that is too short.
+    """
     if name not in finder.names:
-        raise InputError(f"no detector knows an anchor {name[:40]!r}; choose one of: {', '.join(finder.names)}")
+        usual = [kind for kind in SUGGESTED if kind in finder.names]
+        alike = get_close_matches(name, finder.names, n=3)
+        listed = list(dict.fromkeys([*alike, *usual])) if len(finder.names) > _LISTED else finder.names
+        others = f" ({len(finder.names) - len(listed)} others are known)" if len(finder.names) > len(listed) else ""
+        raise InputError(f"no detector knows an anchor {name[:40]!r}; choose one of: {', '.join(listed)}{others}")
+    check_long_enough(recording)
+    frames = len(recording.infos)
+    if chosen is not None and not 0 <= chosen.frame < frames:
+        raise InputError(
+            f"frame {chosen.frame:.6g} does not exist, recording {recording.name!r} has frames 0 to {frames - 1}; "
+            "choose one of them to tell two anchors apart"
+        )
 
 
 def teach(name: str, track: AnchorTrack, relation: Relation, geometry: PanoramaGeometry) -> Lesson:
@@ -168,15 +176,31 @@ def teach(name: str, track: AnchorTrack, relation: Relation, geometry: PanoramaG
     boxes = {index: relation.box(one.box) for index, one in track.detections.items()}
     kept = {index: part for index, box in boxes.items() if (part := _shown(box, geometry)) is not None}
     if len(kept) < MIN_FRAMES:
-        middle = math.degrees(float(np.median([box.elevation_rad for box in boxes.values()])))
-        low, high = geometry.min_deg, geometry.max_deg
-        raise InputError(
-            f"landmark {name!r} lies outside of the picture in {len(boxes) - len(kept)} of {len(boxes)} frames: its "
-            f"middle is at {middle:.0f} degrees of elevation, pictures show {low:.0f} to {high:.0f}; choose a box "
-            f"nearer to the {track.name}"
-        )
+        raise InputError(_unusable(name, track, list(boxes.values()), len(boxes) - len(kept), geometry))
     anchors = {index: one.box for index, one in track.detections.items()}
     return Lesson(name, track.name, relation, kept, anchors)
+
+
+def _unusable(name: str, track: AnchorTrack, boxes: Sequence[Box], lost: int, geometry: PanoramaGeometry) -> str:
+    """Why most boxes cannot be labels."""
+    often = f"in {lost} of {len(boxes)} frames"
+    widest = math.degrees(float(np.median([box.width_rad for box in boxes])))
+    if widest > math.degrees(_WIDEST_RAD):
+        return (
+            f"landmark {name!r} would be more than {math.degrees(_WIDEST_RAD):.0f} degrees wide {often}, {widest:.0f} "
+            "in the median, and nothing that wide can be a landmark; choose a narrower box"
+        )
+    middle = math.degrees(float(np.median([box.elevation_rad for box in boxes])))
+    above = middle > (geometry.min_deg + geometry.max_deg) / 2.0
+    edge = (
+        f"above its upper edge at {geometry.max_deg:.0f}"
+        if above
+        else f"below its lower edge at {geometry.min_deg:.0f}"
+    )
+    return (
+        f"landmark {name!r} lies outside of the picture {often}, {edge} degrees of elevation; choose a box nearer to "
+        f"the {track.name}"
+    )
 
 
 def spread(frames: Sequence[int], count: int) -> list[int]:

@@ -14,6 +14,7 @@ from andante.angles import wrapped
 from andante.data import FloatArray
 from andante.errors import InputError
 from andante.landmarks.boxes import Box, Detection
+from andante.landmarks.standing import stands_elsewhere
 
 _LONGEST_GAP = 15
 _SLACK_RAD = 0.06
@@ -33,13 +34,17 @@ class Chosen:
 
 
 def one_anchor(
-    detections: Mapping[int, Sequence[Detection]], turn_rad: FloatArray, chosen: Chosen | None = None
+    detections: Mapping[int, Sequence[Detection]],
+    turn_rad: FloatArray,
+    chosen: Chosen | None = None,
+    poses: FloatArray | None = None,
 ) -> dict[int, Detection]:
     """The detections of one thing by frame, at most one in each, outliers removed.
 
     ``turn_rad`` (n,) is how far the robot has turned counter-clockwise since frame 0, in the frame of ``detections``.
-    Two things of a kind that are never seen in one frame are taken for one. Raises ``InputError`` where two are and
-    nothing is ``chosen``, and where nothing is found near to what is.
+    Two things of a kind that are never seen in one frame are told apart by where they stand, where ``poses`` (n, 3)
+    of the robot say so (x, y, heading, NaN where unknown), and else are taken for one. Raises ``InputError`` where
+    there are two and nothing is ``chosen``, and where nothing is found near to what is.
     """
     chains = sorted(_chains(detections, turn_rad), key=lambda chain: -_strength(chain))
     if chosen is not None:
@@ -48,7 +53,10 @@ def one_anchor(
     for chain in chains:
         shared = kept.keys() & chain.keys()
         if not shared:
-            if len(chain) >= _ALONE or not kept:
+            if kept and poses is not None and stands_elsewhere(kept, chain, poses):
+                if chosen is None and _strength(chain) >= _RIVAL_STRENGTH * _strength(kept):
+                    raise InputError(_two_places(kept, chain))
+            elif len(chain) >= _ALONE or not kept:
                 kept |= chain
         elif chosen is None and len(shared) >= _RIVAL_FRAMES and _strength(chain) >= _RIVAL_STRENGTH * _strength(kept):
             raise InputError(_two_anchors(kept, chain, min(shared)))
@@ -67,7 +75,9 @@ def _led_by(chains: list[dict[int, Detection]], chosen: Chosen) -> list[dict[int
         if chosen.frame in chain
     ]
     if not near:
-        raise InputError(f"no such thing was found in frame {chosen.frame}; choose a frame in which it was")
+        found = sorted({frame for chain in chains for frame in chain})
+        told = f"it was in {len(found)} others, as {found[len(found) // 2]}" if found else "nor in any other"
+        raise InputError(f"no such thing was found in frame {chosen.frame}, {told}; choose a frame in which it was")
     first = min(near)[1]
     return [chains[first], *chains[:first], *chains[first + 1 :]]
 
@@ -77,7 +87,20 @@ def _two_anchors(first: Mapping[int, Detection], second: Mapping[int, Detection]
     degrees = [np.degrees(chain[frame].box.azimuth_rad) for chain in (first, second)]
     return (
         f"two things called {name!r} are in view, in frame {frame} at azimuths {degrees[0]:.0f} and {degrees[1]:.0f} "
-        f"degrees; say which by a frame and an azimuth, as {frame} and {degrees[0]:.0f}, or take one of them away"
+        f"degrees; say which by a frame and an azimuth (--which {frame},{degrees[0]:.0f}), or take one of them away"
+    )
+
+
+def _two_places(first: Mapping[int, Detection], second: Mapping[int, Detection]) -> str:
+    told = []
+    for chain in (first, second):
+        frame = sorted(chain)[len(chain) // 2]
+        told.append((frame, float(np.degrees(chain[frame].box.azimuth_rad))))
+    (frame, degrees), (other, others) = told
+    return (
+        f"two things called {next(iter(first.values())).name!r} stand in different places, one in frame {frame} at "
+        f"azimuth {degrees:.0f} degrees and one in frame {other} at {others:.0f}; say which by a frame and an azimuth "
+        f"(--which {frame},{degrees:.0f}), or take one of them away"
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from andante.camera import PanoramaGeometry
-from andante.errors import ConfigError, LearningError, MissingExtraError
+from andante.errors import ConfigError, InputError, LearningError, MissingExtraError
 from andante.landmarks.detector import LandmarkDetector
 from andante.landmarks.detector_file import DetectorHeader, Landmark, written
 from andante.landmarks.examples import Progress, Taught, divided, gathered
@@ -85,6 +85,7 @@ def train_detector(
     from andante.landmarks.verdict import best_places
 
     config = config or TrainingConfig()
+    _check_elsewhere(taught, elsewhere)
     grid = Grid(config.geometry, STRIDE)
     names, examples = gathered(
         taught, elsewhere, grid, most=config.most_labels, least=config.least_labels, progress=progress
@@ -106,6 +107,17 @@ def train_detector(
     used = dict(zip(names, examples.present.sum(axis=0).tolist(), strict=True))
     notes |= {"examples": len(learning), "labels": used, "held_out": reached}
     return LandmarkDetector(written(DetectorHeader.of(config.geometry, tuple(landmarks), notes), network.folded()))
+
+
+def _check_elsewhere(taught: Taught, elsewhere: Sequence[Recording]) -> None:
+    """A recording cannot show a landmark and show none."""
+    taught_in = {recording.content_hash() for recording, _ in taught}
+    for one in elsewhere:
+        if one.content_hash() in taught_in:
+            raise InputError(
+                f"landmarks were taught in recording {one.name!r}, so it is not one that shows none of them; leave it "
+                "out of --elsewhere"
+            )
 
 
 def _score(name: str, places: Places, false_positives: float) -> Score:

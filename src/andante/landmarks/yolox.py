@@ -134,6 +134,9 @@ def _checked(session: Any, path: Path) -> int:  # noqa: ANN401
     inputs = [tuple(value.shape) for value in session.get_inputs()]
     outputs = [tuple(value.shape) for value in session.get_outputs()]
     wanted = "a YOLOX file takes one picture (1, 3, s, s), s a multiple of 32, and gives one table (1, n, 85)"
+    kinds = {value.type for value in (*session.get_inputs(), *session.get_outputs())}
+    if kinds != {"tensor(float)"}:
+        raise InputError(f"the anchor detector {path} takes or gives {', '.join(sorted(kinds))}, not floats; {wanted}")
     shape = inputs[0] if len(inputs) == 1 else ()
     square = len(shape) == 4 and shape[:2] == (1, 3) and shape[2] == shape[3] and isinstance(shape[2], int)
     if not square or shape[2] < 32 or shape[2] % 32 or len(outputs) != 1 or len(outputs[0]) != 3:

@@ -20,13 +20,13 @@ from safetensors.numpy import save
 
 from andante.data import Estimate, FloatArray, Hypothesis, Pose2D, Status
 from andante.errors import AndanteError, MapError
+from andante.files import replace_file
 from andante.localization.faults import Pulse
 from andante.localization.judge import Judge
 from andante.localization.memory import Memory
 from andante.localization.motion import Odometer
 from andante.localization.trail import Trail
 from andante.localization.witness import Novelty
-from andante.mapping.artifact import replace_file
 from andante.mapping.slow_map import SlowMap
 
 SCHEMA = 1

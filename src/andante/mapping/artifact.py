@@ -11,7 +11,6 @@ import dataclasses
 import json
 import math
 import os
-import uuid
 from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
@@ -26,6 +25,7 @@ from safetensors.numpy import save
 from andante.data import CameraSpec
 from andante.errors import AndanteError, MapError
 from andante.features import PhaseEncoder
+from andante.files import replace_file
 from andante.landmarks.sealed import SealedDetector
 from andante.mapping.calibration import Calibration
 from andante.mapping.compact import CompactModel
@@ -182,20 +182,6 @@ def _source(source: Source, path: Path) -> dict[str, Any]:
     return values
 
 
-def replace_file(path: Path, data: bytes) -> None:
-    """Write a file beside its place and put it there, so that a reader sees the old one or the new one."""
-    part = path.parent / f".{path.name}.{uuid.uuid4().hex}.part"
-    try:
-        with part.open("xb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
-    except BaseException:  # an interrupt too must leave nothing behind
-        part.unlink(missing_ok=True)
-        raise
-
-
 def _read(path: Path, *, with_memory: bool) -> tuple[_Header, dict[str, NDArray[Any]]]:
     """Header and arrays, each checked for itself."""
     with safe_open(path, framework="numpy") as file:
@@ -278,7 +264,8 @@ def _assembled(header: _Header, arrays: dict[str, NDArray[Any]], path: Path) -> 
     )
     if landmarks is None or landmarks.detector is None:
         return slowmap
-    return slowmap.with_detector(SealedDetector(landmarks.detector, f"the landmark detector in {path.name}"))
+    source = f"the landmark detector in {path.name}"
+    return slowmap.with_detector(SealedDetector(landmarks.detector, source, landmarks.names))
 
 
 def _landmarks(header: _Landmarks | None, arrays: dict[str, NDArray[Any]]) -> LandmarkMap | None:

@@ -27,6 +27,7 @@ _TRIED_FRAMES = 90
 _ANOTHER_DRIVE = 1.8
 """How much larger errors are on another drive than between the frames of one, as for whole images."""
 _WRONG_M = 1.0
+_LARGEST_MARGIN = 1e6
 _OK_WRONG, _DEGRADED_WRONG = 0.01, 0.1
 """Of held-out frames with at least a margin, the share that may be wrong."""
 
@@ -124,7 +125,9 @@ def _tried(seen: Verdict, pose: FloatArray) -> _Try:
 
 
 def _bounds(patches: int, tried: Sequence[_Try], unseen: float, coverage: float) -> GazeBounds:
-    margin, error = np.array([one.margin for one in tried]), np.array([one.error_m for one in tried])
+    # Where all that was mapped is one place margins are infinite, which no file could hold.
+    margin = np.minimum([one.margin for one in tried], _LARGEST_MARGIN)
+    error = np.array([one.error_m for one in tried])
     sigma, turn = np.array([one.sigma_m for one in tried]), np.array([one.turn_rad for one in tried])
     wrong = error > _WRONG_M
     lost, degraded = (least_margin(margin, wrong, share) for share in (_DEGRADED_WRONG, _OK_WRONG))

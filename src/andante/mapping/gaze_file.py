@@ -16,7 +16,8 @@ from safetensors.numpy import save
 
 from andante.data import CameraSpec
 from andante.errors import AndanteError, MapError
-from andante.mapping.artifact import MAX_BYTES, replace_file
+from andante.files import replace_file
+from andante.mapping.artifact import MAX_BYTES
 from andante.mapping.codes import Codes
 from andante.mapping.config import FeatureConfig
 from andante.mapping.frontend import FrontEnd
@@ -101,7 +102,7 @@ def read_gaze_map(path: str | Path) -> GazeMap:
         raise MapError(f"map {path} cannot be used: its {where} is wrong: {fault['msg']}; {_AGAIN}") from None
     except (SafetensorError, OSError) as error:
         raise MapError(f"map {path} is damaged or no map of gazes: {error}; {_AGAIN}") from None
-    except (AndanteError, KeyError, TypeError, ValueError) as error:
+    except (AndanteError, KeyError, TypeError, ValueError, RecursionError) as error:
         raise MapError(f"map {path} cannot be used: {error}; {_AGAIN}") from None
 
 
@@ -123,6 +124,9 @@ def _assembled(header: _Header, arrays: dict[str, NDArray[Any]]) -> GazeMap:
     for name, array in arrays.items():
         if name != "points" and not np.isfinite(array).all():
             raise MapError(f"array {name} holds values that are not finite")
+    counts = [bounds.patches for bounds in header.bounds]
+    if counts[0] != 1 or counts != sorted(set(counts)):
+        raise MapError(f"its bounds are of {counts} patches, they have to rise from 1")
     config = header.config
     front_end = FrontEnd(header.camera, header.image_shape, config.panorama, FeatureConfig())
     encoder = patch_encoder(front_end, config)

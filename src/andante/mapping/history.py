@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from andante.errors import MapError
-from andante.mapping.artifact import replace_file
+from andante.files import replace_file
 from andante.mapping.slow_map import SlowMap
 
 MAX_VERSIONS = 20

@@ -10,6 +10,7 @@ from andante.data import CameraSpec, Frame
 from andante.errors import ConfigError
 from andante.landmarks.boxes import Detection
 from andante.landmarks.views import ViewCutter
+from andante.mapping.config import Positions
 from andante.mapping.frontend import camera_and_size
 from andante.mapping.landmark_config import LandmarkConfig
 from andante.mapping.landmark_lesson import Spotter, collect
@@ -43,8 +44,16 @@ def add_landmarks(
     return replace(slowmap, landmarks=landmarks).with_detector(detector)
 
 
-def check_drives(recordings: Sequence[Recording]) -> None:
-    """Raise ``ConfigError`` for drives that no landmark can be mapped from: before the work that would be lost."""
+def check_drives(recordings: Sequence[Recording], positions: Positions = "auto") -> None:
+    """Raise ``ConfigError`` for drives that no landmark can be mapped from: before the work that would be lost.
+
+    ``positions`` are those that the map is asked to be made from.
+    """
+    if positions not in ("auto", "reference"):
+        raise ConfigError(
+            f"landmarks need reference poses in metres, a map with positions = {positions!r} goes without; ask for "
+            "reference, or leave landmarks out"
+        )
     for one in recordings:
         if one.camera.model != "fisheye":
             raise ConfigError(

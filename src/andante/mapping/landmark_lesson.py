@@ -109,19 +109,16 @@ def best_by_name(detections: Sequence[Detection]) -> dict[str, Box]:
 def learn_album(album: Album, config: LandmarkConfig) -> Learnt:
     """Landmarks that are seen often enough, calibrated on parts of the album that are held out in turn.
 
-    Parts are sessions, or every third frame where there is one session alone. Raises ``LearningError`` where no
-    landmark is seen often enough.
+    Parts are sessions, or every third frame where there is one session alone. Landmarks of which nothing can be held
+    out are left out: nobody could say how far to believe them. Raises ``LearningError`` where none is left.
     """
-    enough = [one.name for one in album.views if len(one.frame) >= LEAST_VIEWS]
+    part = _parts(album, config)
+    enough = [one.name for one in album.views if _can_be_tried(one, part)]
     if not enough:
-        most = max((len(one.frame) for one in album.views), default=0)
-        raise LearningError(
-            f"no landmark is seen in {LEAST_VIEWS} frames or more, the most frequent in {most}; record a longer drive"
-        )
+        raise LearningError(_too_seldom(album))
     album = album.only(enough)
     everything = np.ones(len(album), np.bool_)
     models = tuple(_learnt(album, everything, config))
-    part = _parts(album, config)
     tries = [_tried(album, part == number, config, enough) for number in np.unique(part)]
     held: list[list[Sight | None]] = [[None] * len(enough) for _ in range(len(album))]
     for tried in tries:
@@ -171,6 +168,29 @@ def _parts(album: Album, config: LandmarkConfig) -> IndexArray:
     return np.arange(len(album), dtype=np.int64) % _PARTS
 
 
+def _can_be_tried(views: Views, part: IndexArray) -> bool:
+    """Whether enough views remain to learn from where some are held out; ``part`` (n,) of all frames."""
+    own = part[views.frame]
+    return any(LEAST_VIEWS <= int((own != one).sum()) < len(own) for one in np.unique(part))
+
+
+def _too_seldom(album: Album) -> str:
+    """Why no landmark can be learnt."""
+    often = max(album.views, key=lambda one: len(one.frame))
+    seen = f"the most frequent, {often.name!r}, in {len(often.frame)}"
+    if len(often.frame) < LEAST_VIEWS:
+        return f"no landmark is seen in {LEAST_VIEWS} frames or more, {seen}; record a longer drive past it"
+    if len(np.unique(album.session)) > 1:
+        return (
+            f"no landmark is seen in {LEAST_VIEWS} frames or more of the other drives when it is tried on one of them, "
+            f"{seen}; record another drive past it"
+        )
+    return (
+        f"no landmark is seen often enough to hold a third of its frames out and learn from {LEAST_VIEWS} others, "
+        f"{seen}; record a longer drive past it"
+    )
+
+
 def _tried(
     album: Album, held: NDArray[np.bool_], config: LandmarkConfig, names: Sequence[str]
 ) -> list[tuple[int, int, Sight]]:
@@ -193,12 +213,9 @@ def _calibrated(
     """
     done = []
     for column, model in enumerate(models):
-        rows = [(frame, row[column]) for frame, row in enumerate(held) if row[column] is not None]
-        off = np.array([sight.xy - album.poses[frame, :2] for frame, sight in rows if sight]).reshape(-1, 2)
-        if not len(off):
-            done.append(model)
-            continue
-        information = np.linalg.inv(np.array([sight.covariance for _, sight in rows if sight]))
+        rows = [(frame, sight) for frame, row in enumerate(held) if (sight := row[column]) is not None]
+        off = np.array([sight.xy - album.poses[frame, :2] for frame, sight in rows])
+        information = np.linalg.inv(np.array([sight.covariance for _, sight in rows]))
         squared = np.einsum("ni,nij,nj->n", off, information, off)
         error = float(np.median(np.linalg.norm(off, axis=1)))
         scale = max(unseen**2 * float(np.median(squared)) / _MEDIAN_OF_CHI2, 1e-6)
@@ -207,18 +224,23 @@ def _calibrated(
 
 
 def _rescaled(sight: Sight, model: LandmarkModel) -> Sight:
-    """What a landmark from a trial said, with what is known of it after all trials."""
-    return replace(sight, model=model, covariance=sight.covariance * model.scale)
+    """What a landmark from a trial said, as sure as all trials together let it be.
+
+    Where it stands stays what the trial learnt: the frames that were held out must not have a say in it.
+    """
+    tried = replace(sight.model, scale=model.scale, error_m=model.error_m)
+    return replace(sight, model=tried, covariance=sight.covariance * model.scale)
 
 
 def _white(held: Sequence[Sequence[Sight | None]], models: Sequence[LandmarkModel], album: Album) -> FloatArray:
-    """Errors (n, m, 2) in units of their deviations."""
+    """Errors (n, m, 2) in units of their deviations, along the axes of the map, as ``correlation_of`` compares them."""
     white = np.full((len(album), len(models), 2), np.nan)
     for frame, row in enumerate(held):
         for column, sight in enumerate(row):
             if sight is not None:
-                factor = np.linalg.cholesky(sight.covariance * models[column].scale)
-                white[frame, column] = np.linalg.solve(factor, sight.xy - album.poses[frame, :2])
+                variances, axes = np.linalg.eigh(sight.covariance * models[column].scale)
+                off = axes.T @ (sight.xy - album.poses[frame, :2])
+                white[frame, column] = axes @ (off / np.sqrt(variances))
     return white
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from andante.camera import scaled
 from andante.data import CameraSpec, Estimate, FloatArray, Hypothesis, ImageArray, Status
-from andante.errors import ArrayError
+from andante.errors import ArrayError, ImageError
 from andante.landmarks.boxes import Box, Detection
 from andante.landmarks.views import ViewCutter
 from andante.mapping.landmark_config import LandmarkConfig
@@ -235,11 +235,19 @@ class LandmarkEye:
         return LandmarkEye(self.landmarks, self.detector, camera, image_shape)
 
     def signature(self, image: ImageArray) -> NDArray[np.float32]:
-        """(dim,) of an image, grey (height, width) or BGR (height, width, 3) uint8."""
+        """(dim,) of an image, grey (height, width) or BGR (height, width, 3) uint8.
+
+        Raises ``ImageError`` for one of other proportions than the camera's.
+        """
         shape = image.shape[0], image.shape[1]
         if shape not in self._cutters:
             # Two threads may both make it; either is as good, and storing it is atomic.
             scale = shape[1] / self.image_shape[1]
+            if abs(shape[0] - scale * self.image_shape[0]) > 1.0:
+                raise ImageError(
+                    f"an image of {shape[1]}x{shape[0]} px does not fit the camera, whose images are "
+                    f"{self.image_shape[1]}x{self.image_shape[0]} px or of the same proportions"
+                )
             self._cutters[shape] = scaled(self.camera, scale), ViewCutter(self.camera, shape, scale=scale)
         camera, cutter = self._cutters[shape]
         return self.landmarks.signature(image, self.detector.detect(image, camera), cutter)

@@ -16,7 +16,7 @@ from andante.errors import AndanteError
 from andante.landmarks.teaching import Relation
 from andante.server.desk import Desk
 from andante.server.guard import Guard
-from andante.server.messages import Draw, Remove, Save, Search
+from andante.server.messages import MOST_FRAMES, Draw, Remove, Save, Search
 from andante.server.pictures import Pictures
 
 _FILES = {
@@ -30,6 +30,12 @@ _FILES = {
     "icon.svg": "image/svg+xml",
 }
 _FULL_CIRCLE_RAD = 6.2832
+_NO_JSON = "the body of this request is no JSON that can be read; reload the page"
+_REFUSALS = {
+    400: _NO_JSON,  # numbers of thousands of digits, lists in lists in lists
+    404: "there is no such page; frames are asked for by number, as /frames/0.jpg",
+    405: "this address is asked in another way, its page with GET and its actions with POST; reload the page",
+}
 
 
 def teaching_app(desk: Desk, *, host: str, on_saved: Callable[[], None] = lambda: None) -> ASGIApp:
@@ -63,7 +69,7 @@ def _sender(content: bytes, kind: str) -> Callable[[], Response]:
 def _add_pictures(app: FastAPI, pictures: Pictures) -> None:
     @app.get("/frames/{index}.jpg")
     def frame(
-        index: Annotated[int, Path(ge=0)],
+        index: Annotated[int, Path(ge=0, lt=MOST_FRAMES)],
         azimuth: Annotated[float, Query(ge=-_FULL_CIRCLE_RAD, le=_FULL_CIRCLE_RAD)] = 0.0,
         width: Annotated[float, Query(ge=0.05, le=_FULL_CIRCLE_RAD)] = _FULL_CIRCLE_RAD,
         height_px: Annotated[int | None, Query(ge=16, le=2048)] = None,
@@ -114,8 +120,7 @@ def _add_faults(app: FastAPI) -> None:
 
     @app.exception_handler(HTTPException)
     def unknown(_: Request, error: HTTPException) -> JSONResponse:
-        words = "there is no such page; frames are asked for by number, as /frames/0.jpg"
-        return JSONResponse({"error": words if error.status_code == 404 else error.detail}, error.status_code)
+        return JSONResponse({"error": _REFUSALS.get(error.status_code, error.detail)}, error.status_code)
 
     @app.exception_handler(Exception)
     def bug(_: Request, __: Exception) -> JSONResponse:
@@ -126,6 +131,12 @@ def _words(error: RequestValidationError) -> str:
     """What is wrong with the first wrong value, without its content beyond 40 characters."""
     first = error.errors()[0]
     place = [str(part) for part in first["loc"]]
+    if first["type"] == "json_invalid":
+        return _NO_JSON
+    if first["type"] == "value_error":
+        return str(first["ctx"]["error"])
     if place[0] == "path":
         return f"a frame is asked for by its number, got {str(first['input'])[:40]!r}"
-    return f"{' '.join(place[1:]) or 'the request'}: {str(first['msg']).lower()}, got {str(first.get('input'))[:40]!r}"
+    # Keys are the sender's words too.
+    where = " ".join(part if part.isidentifier() or part.isdecimal() else repr(part) for part in place[1:])[:60]
+    return f"{where or 'the request'}: {str(first['msg']).lower()}, got {str(first.get('input'))[:40]!r}"

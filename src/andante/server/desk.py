@@ -18,7 +18,7 @@ from andante.landmarks.teaching import (
     AnchorTrack,
     Lesson,
     Relation,
-    check_kind,
+    check_search,
     find_track,
     spread,
     teach,
@@ -91,9 +91,10 @@ class Desk:
     def search(self, kind: str, chosen: Chosen | None = None) -> None:
         """Begin to look for an anchor, which ``chosen`` tells from another one.
 
-        Raises ``InputError`` for an unknown kind and while a search runs.
+        Raises ``InputError`` for an unknown kind, for a frame that does not exist and while a search runs,
+        ``LearningError`` for a recording that is too short.
         """
-        check_kind(self._finder, kind)
+        check_search(self._finder, self.recording, kind, chosen)
         with self._lock:
             work = self._work
             if work.phase not in (Phase.CHOOSE, Phase.DRAW):
@@ -140,22 +141,29 @@ class Desk:
             self._work.lessons.append(teach(name, self._work.track, relation, self.surroundings.geometry))
 
     def remove(self, name: str) -> None:
-        """Forget a landmark; raises ``InputError`` where there is none of this name."""
+        """Forget a landmark; raises ``InputError`` where there is none of this name, or all are saved already."""
         with self._lock:
+            self._check_open()
             self._work.lessons.remove(self._lesson(name))
 
     def finish(self, left_out: Mapping[str, Sequence[int]]) -> None:
         """Write everything, without frames that the person left out; raises ``AndanteError``."""
         with self._lock:
-            if self._work.saved is not None:
-                raise InputError("everything is saved already; start andante teach anew to change it")
+            self._check_open()
             if not self._work.lessons:
                 raise InputError("no landmark is drawn yet; draw one first")
-            for name in left_out:
-                self._lesson(name)
+            for name, frames in left_out.items():
+                if unknown := set(frames) - self._lesson(name).boxes.keys():
+                    raise InputError(
+                        f"landmark {name[:40]!r} has no label in frame {min(unknown)} that could be left out"
+                    )
             kept = [one.without(left_out.get(one.name, ())) for one in self._work.lessons]
             self._work.saved, self._work.lessons = self._save(kept), kept
             self._work.phase = Phase.SAVED
+
+    def _check_open(self) -> None:
+        if self._work.saved is not None:
+            raise InputError("everything is saved already; start andante teach anew to change it")
 
     def _lesson(self, name: str) -> Lesson:
         for one in self._work.lessons:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from andante.angles import wrapped
 from andante.landmarks.tracks import Chosen
 
 MAX_BODY_BYTES = 64 * 1024
 _Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-_Frame = Annotated[int, Field(strict=True, ge=0)]
+MOST_FRAMES = 10**9
+_Frame = Annotated[int, Field(strict=True, ge=0, lt=MOST_FRAMES)]
 
 
 class _Message(BaseModel):
@@ -26,8 +27,14 @@ class Search(_Message):
     frame: _Frame | None = None
     azimuth_deg: Annotated[_Number, Field(ge=-360, le=360)] | None = None
 
+    @model_validator(mode="after")
+    def _both_or_none(self) -> Self:
+        if (self.frame is None) != (self.azimuth_deg is None):
+            raise ValueError("one of several is told by a frame and an azimuth_deg, by both")
+        return self
+
     def chosen(self) -> Chosen | None:
-        """Which one, where both are told."""
+        """Which one, where it is told."""
         if self.frame is None or self.azimuth_deg is None:
             return None
         return Chosen(self.frame, wrapped(math.radians(self.azimuth_deg)))
@@ -60,3 +67,9 @@ class Save(_Message):
     """Write the labels of everything that was taught."""
 
     left_out: Annotated[tuple[LeftOut, ...], Field(max_length=100)] = ()
+
+    @model_validator(mode="after")
+    def _each_once(self) -> Self:
+        if len({one.landmark for one in self.left_out}) < len(self.left_out):
+            raise ValueError("left_out names a landmark twice")
+        return self
