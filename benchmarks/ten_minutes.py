@@ -213,10 +213,10 @@ class Visitor:
         self._shots = 0
 
     def shot(self, name: str) -> None:
-        # Lazy pictures load when they are scrolled to.
+        # Lazy pictures load when they are scrolled to; the page lets nobody wait by a script of text.
         self.page.evaluate("document.querySelectorAll('img').forEach(one => { one.loading = 'eager'; })")
-        ready = "[...document.images].every(one => one.complete || !one.offsetParent)"
-        self.page.wait_for_function(ready)
+        while not self.page.evaluate("[...document.images].every(one => one.complete || !one.offsetParent)"):
+            self.page.wait_for_timeout(100)
         self._shots += 1
         self.page.screenshot(path=self.out / f"page-{self._shots:02d}-{name}.png", full_page=True)
 
@@ -299,7 +299,7 @@ def taught(folder: Path, weights: Path, chosen: Sequence[Subject], *, clock: Clo
             visitor.shot("check")
             with clock.step("page: save"):
                 page.get_by_role("button", name="Approve and save").click()
-                expect(page.locator("#saved")).to_be_visible()
+                expect(page.locator("#saved")).to_be_visible(timeout=300_000)
             visitor.shot("saved")
             browser.close()
         process.wait(30)
