@@ -1,5 +1,7 @@
 """One anchor through a recording, with a detector that finds bright red things and misses some frames."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -122,6 +124,16 @@ def test_every_frame_is_looked_at_once_for_all_anchors(scene, boxes):
     assert len(looks) == before
     search.find(recorded(scene, FRAMES, (boxes, range(FRAMES))), "suitcase")  # another recording is looked at anew
     assert len(looks) > before
+
+
+def test_frames_that_show_a_part_of_the_anchor_are_left_out_where_there_are_others(scene, boxes):
+    # The picture ends at -0.52.
+    low = [replace(box, elevation_rad=-0.35 if n < 8 else 0.0) for n, box in enumerate(boxes)]
+    track = AnchorSearch(Red(), workers=1).find(recorded(scene, FRAMES, (low, range(FRAMES))), "suitcase")
+    assert list(track) == list(range(8, FRAMES))
+    everywhere = [replace(box, elevation_rad=-0.35) for box in boxes]
+    track = AnchorSearch(Red(), workers=1).find(recorded(scene, FRAMES, (everywhere, range(FRAMES))), "suitcase")
+    assert list(track) == list(range(FRAMES))
 
 
 def test_a_frame_that_cannot_be_read_is_passed_over(scene, boxes):

@@ -95,6 +95,8 @@ def test_the_frame_to_draw_in_is_large_sure_and_seen():
     small = {index: one(0.1, 0.5) for index in range(10)}
     chosen = AnchorTrack("bicycle", {**small, 20: one(0.3, 0.4), 21: one(0.3, 0.6), 22: one(0.5, 0.9, followed=True)})
     assert chosen.best_frame() == 21
+    near = {index: one(0.9, 0.7) for index in range(10)}  # from so close there is no room above it
+    assert AnchorTrack("bicycle", {**near, 20: one(0.3, 0.8)}).best_frame() == 20
 
 
 def test_frames_are_left_out():

@@ -142,9 +142,13 @@ def _union(first: Box, second: Box) -> Box:
 
 
 def _clipped(found: Found, cuts: Cuts, number: int) -> Box:
-    """A detector's rectangle may reach beyond its picture, where nothing was seen."""
+    """A detector's rectangle may reach beyond its picture, where nothing was seen.
+
+    What the lower edge of a cut divides goes on below it, by how much is not known: as far as cuts reach.
+    """
     left, top, right, bottom = (min(max(value, 0.0), float(cuts.size_px)) for value in found.pixels)
     box = cuts.box(number, (left, top, right, bottom))
-    low = max(box.low_rad, float(np.radians(cuts.geometry.min_deg)))
+    divided = bottom > cuts.size_px - _EDGE_PX
+    low = cuts.lowest_rad if divided else max(box.low_rad, float(np.radians(cuts.geometry.min_deg)))
     high = min(box.high_rad, float(np.radians(cuts.geometry.max_deg)))
     return Box.between(box.left_rad, box.right_rad, min(low, high), high)

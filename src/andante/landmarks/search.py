@@ -8,6 +8,7 @@ from threading import Lock
 
 import numpy as np
 
+from andante.camera import PanoramaGeometry
 from andante.data import ImageArray
 from andante.errors import ConfigError, ImageError, LearningError
 from andante.landmarks.anchors import PictureDetector, Sighting, anchors_among, look_around, near_and_far
@@ -17,11 +18,14 @@ from andante.landmarks.following import MAX_GAP, fill_gaps
 from andante.landmarks.surroundings import Surroundings
 from andante.landmarks.tracks import Chosen, one_anchor
 from andante.landmarks.turning import Spectrum, horizon_spectrum, turn_between
+from andante.landmarks.windows import elevations_rad
 from andante.protocols import Recording
 from andante.recordings import ordered_map
 
 MIN_FRAMES = 10
 """An anchor seen in fewer frames teaches nothing."""
+_AT_THE_EDGE_RAD = float(np.radians(0.5))
+_WHOLE_SHARE = 0.25
 
 Progress = Callable[[int, int], None]
 """Called with frames searched and frames in all."""
@@ -64,6 +68,8 @@ class AnchorSearch:
     ) -> dict[int, Detection]:
         """The one anchor called ``name`` by frame index, ascending, ``followed`` where the detector did not see it.
 
+        Frames in which the lower or upper end of the picture cuts it off are left out where enough others remain.
+
         ``chosen`` tells it from another one of its kind. Raises ``ConfigError`` for a name that no detector knows,
         ``LearningError`` where it is in fewer than 10 frames, ``InputError`` where there are two.
         """
@@ -81,7 +87,8 @@ class AnchorSearch:
         }
         track = one_anchor(detections, np.array(seen.turn_rad), chosen)
         _require_enough(name, track)
-        return fill_gaps(track, _readable(surroundings), surroundings.geometry, len(recording.infos))
+        filled = fill_gaps(track, _readable(surroundings), surroundings.geometry, len(recording.infos))
+        return _whole(filled, surroundings.geometry)
 
     def _look(self, seen: _Seen, surroundings: Surroundings, progress: Progress | None) -> None:
         """Look at all frames that were not looked at."""
@@ -108,6 +115,20 @@ class AnchorSearch:
             seen.sightings.append(None if looked is None else looked[1])
             if progress is not None:
                 progress(index + 1, frames)
+
+
+def _whole(track: dict[int, Detection], geometry: PanoramaGeometry) -> dict[int, Detection]:
+    """Without the frames in which the picture ends within the anchor: of a part nobody knows how large the whole is.
+
+    A camera that sees nothing below the horizon cuts off anchors in all frames, and alike; those are kept.
+    """
+    lowest, highest = elevations_rad(geometry)
+    whole = {
+        index: one
+        for index, one in track.items()
+        if one.box.low_rad > lowest + _AT_THE_EDGE_RAD and one.box.high_rad < highest - _AT_THE_EDGE_RAD
+    }
+    return whole if len(whole) >= max(MIN_FRAMES, _WHOLE_SHARE * len(track)) else track
 
 
 def _readable(surroundings: Surroundings) -> Callable[[int], ImageArray]:

@@ -26,6 +26,7 @@ FARTHEST, LARGEST = 20.0, 20.0
 """Of an offset and of a size, in units of the anchor's box."""
 SUGGESTED = ("bicycle", "suitcase", "car", "umbrella", "person", "chair", "potted plant", "sports ball")
 """Anchors that are easy to come by and to recognise; those of the thesis first (7.4)."""
+_LARGE_RAD = math.radians(15.0)
 _VISIBLE_SHARE = 0.5
 _WIDEST_RAD = math.pi
 
@@ -107,11 +108,15 @@ class AnchorTrack:
             )
 
     def best_frame(self) -> int:
-        """A frame to draw in: seen rather than followed, then where score and size are high."""
+        """A frame to draw in: seen rather than followed, then where score and size are high.
+
+        Larger than 15 degrees counts no more: there is no room then for a landmark that towers above its anchor, and
+        what is drawn from close by fits less to frames from further away.
+        """
 
         def merit(index: int) -> tuple[bool, float]:
             one = self.detections[index]
-            return not one.followed, one.score * math.sqrt(one.box.width_rad * one.box.height_rad)
+            return not one.followed, one.score * min(math.sqrt(one.box.width_rad * one.box.height_rad), _LARGE_RAD)
 
         return max(self.detections, key=merit)
 

@@ -1,6 +1,6 @@
 // The page: what the server knows, shown step by step.
 
-import { boxBeside, isShown, place, rectangleOf, relationBetween, windowAround } from "./geometry.js";
+import { boxBeside, isShown, place, rectangleOf, relationBetween, windowAround, windowClose } from "./geometry.js";
 import * as server from "./server.js";
 import { Surface } from "./surface.js";
 import { Tile, element } from "./tiles.js";
@@ -131,7 +131,7 @@ function setUpDrawing() {
   $("frame").max = frames.length - 1;
   const wanted = new Set(known.anchor.previews);
   previews = frames.filter((one) => wanted.has(one.index)).map((one) => {
-    const tile = new Tile(one.index, windowAround(one, TILE_DEGREES, known.view), `frame ${one.index}`);
+    const tile = new Tile(one.index, windowAround(one, TILE_DEGREES, known.view), known.view, `frame ${one.index}`);
     tile.mark("the anchor", one, "anchor");
     tile.figure.setAttribute("role", "listitem");
     return { tile, frame: one };
@@ -215,7 +215,7 @@ function renderCheck() {
 }
 
 function sheetTile(landmark, box, number, changed) {
-  const tile = new Tile(box.index, windowAround(box, TILE_DEGREES, known.view), `frame ${box.index}`);
+  const tile = new Tile(box.index, windowClose(box, TILE_DEGREES, known.view), known.view, `frame ${box.index}`);
   tile.mark("it", box, `taught colour-${number % COLOURS}`);
   const frames = leftOut.get(landmark.name);
   const button = element("button", { type: "button", className: "choice" }, tile.figure);
@@ -297,11 +297,15 @@ $("name-form").addEventListener("submit", async (event) => {
 
 $("save").addEventListener("click", async () => {
   $("save").disabled = true;
+  $("save").textContent = "Saving …";
+  say("Saving. Pictures of many frames take a while.");
   const names = new Set(known.landmarks.map((one) => one.name));
   const chosen = [...leftOut].filter(([name, frames]) => names.has(name) && frames.size);
   wish = null;
   const done = await tell(server.save(chosen.map(([landmark, frames]) => ({ landmark, frames: [...frames] }))));
   $("save").disabled = false;
+  $("save").textContent = "Approve and save";
+  say("");
   if (!done) wish = "check";
 });
 
