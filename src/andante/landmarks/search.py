@@ -15,6 +15,7 @@ from andante.landmarks.anchors import PictureDetector, Sighting, anchors_among, 
 from andante.landmarks.boxes import Detection
 from andante.landmarks.coco_names import COCO_NAMES
 from andante.landmarks.following import MAX_GAP, fill_gaps
+from andante.landmarks.standing import standing_still
 from andante.landmarks.surroundings import Surroundings
 from andante.landmarks.tracks import Chosen, one_anchor
 from andante.landmarks.turning import Spectrum, horizon_spectrum, turn_between
@@ -68,7 +69,9 @@ class AnchorSearch:
     ) -> dict[int, Detection]:
         """The one anchor called ``name`` by frame index, ascending, ``followed`` where the detector did not see it.
 
-        Frames in which the lower or upper end of the picture cuts it off are left out where enough others remain.
+        Where the recording has reference poses, what lies in another direction than the place to which most detections
+        point is left out. So are frames in which the lower or upper end of the picture cuts it off, where enough others
+        remain.
 
         ``chosen`` tells it from another one of its kind. Raises ``ConfigError`` for a name that no detector knows,
         ``LearningError`` where it is in fewer than 10 frames, ``InputError`` where there are two.
@@ -85,7 +88,7 @@ class AnchorSearch:
             for index, sightings in enumerate(seen.sightings)
             if sightings is not None
         }
-        track = one_anchor(detections, np.array(seen.turn_rad), chosen)
+        track = standing_still(one_anchor(detections, np.array(seen.turn_rad), chosen), recording.infos)
         _require_enough(name, track)
         filled = fill_gaps(track, _readable(surroundings), surroundings.geometry, len(recording.infos))
         return _whole(filled, surroundings.geometry)
