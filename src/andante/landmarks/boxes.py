@@ -12,6 +12,8 @@ import numpy as np
 from andante.angles import wrapped
 from andante.errors import InputError
 
+SAME_PLACE_IOU = 0.3
+"""A found box that shares less than this with the true one is another place."""
 _TURN = 2.0 * np.pi
 
 

@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 
 from andante.data import FloatArray
 from andante.landmarks.augmentation import Batch
+from andante.landmarks.boxes import SAME_PLACE_IOU
 from andante.landmarks.heatmaps import FloatArray32, Grid, decoded
 from andante.landmarks.network import LandmarkNetwork
-
-SAME_PLACE_IOU = 0.3
-"""A found box that shares less than this with the true one is another place."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from andante.evaluation.experiments.gaze import HIDDEN, MOVED, WHOLE, hidden_pictures, run_gaze
+from andante.evaluation.experiments.gaze import BY_LANDMARKS, HIDDEN, MOVED, WHOLE, hidden_pictures, run_gaze
 from andante.evaluation.experiments.gaze_following import CHAIN, CONSTANT, SWEEP, TrueSight, following_errors
 from andante.evaluation.experiments.trials import Bench
 from andante.mapping.gaze import build_gaze_map
@@ -47,9 +47,10 @@ def test_what_hides_depends_on_the_seed_alone(pictures, years):
     recording = Bench(years, pictures).recording(years.sessions[0].name)
     share, covers = HIDDEN["50 % hidden"]
     once, twice = (hidden_pictures(recording, share, covers, other=recording, seed=1) for _ in range(2))
-    np.testing.assert_array_equal(once, twice)
+    np.testing.assert_array_equal([one.picture for one in once], [one.picture for one in twice])
+    assert [one.start_rad for one in once] == [one.start_rad for one in twice]
     whole = hidden_pictures(recording, 0.0, covers, other=recording, seed=1)
-    np.testing.assert_array_equal(whole[4], recording.load(recording.infos[4]))
+    np.testing.assert_array_equal(whole[4].picture, recording.load(recording.infos[4]))
 
 
 def test_the_experiment_tells_all_localizers_under_everything_that_hides(cache, years, tiny):
@@ -61,7 +62,10 @@ def test_the_experiment_tells_all_localizers_under_everything_that_hides(cache, 
     for by_case in by_sessions.values():
         assert set(by_case) == {*HIDDEN, MOVED}
         for by_name in by_case.values():
-            assert {"1 patch", "3 patches", "24 patches, principal components", WHOLE} <= set(by_name)
+            assert {"1 patch", "3 patches", "24 patches, principal components", "24 patches, perfect tracker"} <= set(
+                by_name
+            )
+            assert {WHOLE, BY_LANDMARKS} <= set(by_name)
             assert all(one["n"] == 70 for one in by_name.values())
     assert len(outcome.tables) == len(HIDDEN) + 2
     again = run_gaze(Bench(two, cache), SEED, scale)

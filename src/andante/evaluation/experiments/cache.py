@@ -26,6 +26,7 @@ _DECISIVE = (
     "recordings",
     "sequences",
     "features",
+    "landmarks",
     "mapping",
     "baselines",
     "evaluation/alignment.py",
@@ -35,7 +36,10 @@ _DECISIVE_OF_TRACKS = (
     *("localization", "evaluation/figures.py", "evaluation/recovery.py"),
     *(
         f"evaluation/experiments/{name}.py"
-        for name in ("followers", "gaze", "occlusion", "rides", "scenarios", "stress", "told")
+        for name in (
+            *("followers", "gaze", "gaze_following", "gaze_rivals", "landmark_trials", "landmark_world", "occlusion"),
+            *("rides", "scenarios", "stress", "told"),
+        )
     ),
 )
 _DECISIVE_OF_COMPARISONS = tuple(

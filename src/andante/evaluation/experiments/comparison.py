@@ -55,28 +55,34 @@ def run_comparison(bench: Bench, seed: int, scale: Scale) -> Outcome:
 
 def compared(bench: Bench, methods: Sequence[Method], *, quick: bool) -> Comparison:
     """``andante.evaluation.compare`` on the drives of a bench, with every finished method kept."""
-    mapped, tests = bench.recording(MAPPED), [bench.recording(name) for name in _TESTS]
+    mapped, tests = bench.recording(MAPPED), tuple(bench.recording(name) for name in _TESTS)
     check_split([mapped], tests, "reference")
-    hardware, entries = Hardware.here(), list[Entry]()
+    entries = list[Entry]()
     for done, method in enumerate(methods):
         bench.progress("methods", done, len(methods))
-        key = {
-            "compared": method.name,
-            "quick": quick,
-            "sessions": {name: bench.plan.fingerprint(name) for name in (MAPPED, *_TESTS)},
-            "hardware": hardware.as_dict(),
-            "code": code_hash(comparing=True),
-        }
-        stored = bench.store.load(key)
-        if stored is None:
-            stored = enter(method, [mapped], tests, progress=bench.progress).stored()
-            # A library that was missing may be there next time.
-            if stored["failure"] is None:
-                bench.store.save(key, stored)
-        entries.append(Entry.restored(stored))
+        entries.append(entered(bench, method, MAPPED, _TESTS, quick=quick))
     bench.progress("methods", len(methods), len(methods))
     require_success(entries)
-    return Comparison((mapped,), tuple(tests), "reference", tuple(entries), hardware)
+    return Comparison((mapped,), tests, "reference", tuple(entries), Hardware.here())
+
+
+def entered(bench: Bench, method: Method, mapped: str, tests: Sequence[str], *, quick: bool) -> Entry:
+    """One method on sessions of a bench, kept once it is finished."""
+    key = {
+        "compared": method.name,
+        "quick": quick,
+        "sessions": {name: bench.plan.fingerprint(name) for name in (mapped, *tests)},
+        "hardware": Hardware.here().as_dict(),
+        "code": code_hash(comparing=True),
+    }
+    stored = bench.store.load(key)
+    if stored is None:
+        recordings = [bench.recording(name) for name in tests]
+        stored = enter(method, [bench.recording(mapped)], recordings, progress=bench.progress).stored()
+        # A library that was missing may be there next time.
+        if stored["failure"] is None:
+            bench.store.save(key, stored)
+    return Entry.restored(stored)
 
 
 def _tables(found: Comparison) -> tuple[Table, ...]:

@@ -11,6 +11,7 @@ from andante.data import Estimate, ImageArray
 from andante.evaluation.experiments.cache import code_hash
 from andante.evaluation.experiments.contenders import ANDANTE
 from andante.evaluation.experiments.gaze_following import TrueSight, following_errors, following_table
+from andante.evaluation.experiments.gaze_rivals import LANDMARKS, Covered, LandmarkRival, truly_followed
 from andante.evaluation.experiments.long_term import permutations
 from andante.evaluation.experiments.occlusion import COVERS, Cover, hidden_sector
 from andante.evaluation.experiments.outcome import Outcome, Table
@@ -19,10 +20,15 @@ from andante.evaluation.experiments.stress import with_moved_objects
 from andante.evaluation.experiments.told import TOLD_COLUMNS, Told
 from andante.evaluation.experiments.tracking import learned
 from andante.evaluation.experiments.trials import Bench
-from andante.mapping.gaze import GazeMap, build_gaze_map
+from andante.features import PatchEncoder
+from andante.mapping import FrontEnd
+from andante.mapping.config import FeatureConfig
+from andante.mapping.frontend import camera_and_size
+from andante.mapping.gaze import GazeMap, learn_gaze_map, patch_encoder
 from andante.mapping.gaze_config import GazeConfig
-from andante.mapping.gaze_lesson import read_drive
+from andante.mapping.gaze_lesson import GazeDrive, read_drive
 from andante.mapping.gaze_readout import spaced_azimuths
+from andante.mapping.landmark_config import LandmarkConfig
 from andante.protocols import Localizer, Recording
 from andante.sfa import one_thread
 from andante.simulator import SimulatedRecording
@@ -39,6 +45,7 @@ PATCHES = (1, 3, 8, 24)
 NEIGHBOUR_PATCHES = (3, 24)
 MOVED = "moved objects"
 WHOLE = "whole image (andante)"
+BY_LANDMARKS = f"{LANDMARKS} landmarks"
 _FEW = 3
 _GAZE = 76  # tells this use of the seed from others; the thesis' section
 _NEIGHBOUR = GazeConfig(representation="principal")
@@ -48,6 +55,9 @@ _NOTES = (
     "what is hidden is one sector of the image, in turn by a grey board and by a hedge, or by what the camera saw "
     "there from elsewhere in the mapped garden, which looks like a place of the map and is the wrong one",
     "principal components are what slow features are made of: the honest neighbour",
+    "a perfect tracker: gazes follow things as the simulator knows them to stand, when the map is made",
+    f"{BY_LANDMARKS}, each seen from nearly everywhere, in boxes of the simulator: a landmark that is more than half "
+    "hidden is not seen",
 )
 
 Ask = Callable[[ImageArray, np.random.Generator], Estimate]
@@ -99,6 +109,7 @@ def _told(bench: Bench, train: Sequence[str], test: str, seed: int) -> Mapping[s
         "test": bench.plan.fingerprint(test),
         "contender": ANDANTE.key,
         "configs": [GazeConfig().model_dump(mode="json"), _NEIGHBOUR.model_dump(mode="json")],
+        "landmarks": [LANDMARKS, LandmarkConfig().model_dump(mode="json")],
         "patches": [*PATCHES, *NEIGHBOUR_PATCHES],
         "hidden": {what: [share, list(covers)] for what, (share, covers) in HIDDEN.items()},
         "seed": seed,
@@ -113,33 +124,53 @@ def _told(bench: Bench, train: Sequence[str], test: str, seed: int) -> Mapping[s
 
 
 def _asked(bench: Bench, train: Sequence[str], test: str, seed: int) -> dict[str, dict[str, Told]]:
-    mapped = [bench.recording(name) for name in train]
-    gaze, neighbour = build_gaze_map(mapped), build_gaze_map(mapped, _NEIGHBOUR)
+    drives, front_end, encoder = _drives(bench, train)
+    seen_truly = [truly_followed(bench, name, drive) for name, drive in zip(train, drives, strict=True)]
+    gaze = learn_gaze_map(drives, front_end, encoder, GazeConfig())
+    maps = {
+        "principal components": learn_gaze_map(drives, front_end, encoder, _NEIGHBOUR),
+        "perfect tracker": learn_gaze_map(seen_truly, front_end, encoder, GazeConfig()),
+    }
     asks = {f"{count} patches" if count > 1 else "1 patch": asking(gaze, count) for count in PATCHES}
-    asks |= {f"{count} patches, principal components": asking(neighbour, count) for count in NEIGHBOUR_PATCHES}
+    asks |= {f"{n} patches, {how}": asking(one, n) for how, one in maps.items() for n in NEIGHBOUR_PATCHES}
     asks[WHOLE] = asking_whole(learned(bench, train))
-    unseen = bench.recording(test)
-    told = {
-        what: _answers(asks, unseen, hidden_pictures(unseen, share, covers, other=mapped[0], seed=seed), seed)
+    rival, mapped, unseen = LandmarkRival.learn(bench, train, seed), bench.recording(train[0]), bench.recording(test)
+
+    def told(where: Bench, recording: Recording, pictures: Sequence[Covered]) -> dict[str, Told]:
+        by_landmarks = rival.answers(where, recording.name, pictures)
+        answers = _answers(asks, recording, [one.picture for one in pictures], seed)
+        return {**answers, BY_LANDMARKS: Told.of(by_landmarks, recording.infos)}
+
+    found = {
+        what: told(bench, unseen, hidden_pictures(unseen, share, covers, other=mapped, seed=seed))
         for what, (share, covers) in HIDDEN.items()
     }
     changed = bench.beside(with_moved_objects(bench.plan, test))
     moved = changed.recording(changed.plan.sessions[0].name)
-    told[MOVED] = _answers(asks, moved, [frame.image for frame in moved.frames()], seed)
-    return told
+    found[MOVED] = told(changed, moved, [Covered(frame.image) for frame in moved.frames()])
+    return found
+
+
+def _drives(bench: Bench, sessions: Sequence[str]) -> tuple[list[GazeDrive], FrontEnd, PatchEncoder]:
+    """Sessions as maps of gazes are learnt from them, with the front end and the encoder of patches."""
+    config, recordings = GazeConfig(), [bench.recording(name) for name in sessions]
+    front_end = FrontEnd(*camera_and_size(recordings[0]), config.panorama, FeatureConfig())
+    encoder = patch_encoder(front_end, config)
+    return [read_drive(one, front_end, encoder, config) for one in recordings], front_end, encoder
 
 
 def hidden_pictures(
     recording: Recording, share: float, covers: Sequence[str], *, other: Recording, seed: int
-) -> list[ImageArray]:
+) -> list[Covered]:
     """All pictures of a recording, grey, a share of the horizon hidden; ``ELSEWHERE`` is a frame of the ``other``."""
     rng = np.random.default_rng([seed, _GAZE])
-    pictures = list[ImageArray]()
+    pictures = list[Covered]()
     for frame in recording.frames():
-        name = covers[frame.info.index % len(covers)]
+        name, start_rad = covers[frame.info.index % len(covers)], float(rng.uniform(-np.pi, np.pi))
         elsewhere = other.infos[int(rng.integers(len(other.infos)))]
         cover: Cover | ImageArray = other.load(elsewhere) if name == ELSEWHERE else COVERS[name]
-        pictures.append(hidden_sector(frame.image, recording.camera, share, rng=rng, cover=cover))
+        picture = hidden_sector(frame.image, recording.camera, share, start_rad, rng=rng, cover=cover)
+        pictures.append(Covered(picture, start_rad, share))
     return pictures
 
 
@@ -161,8 +192,6 @@ def _table(title: str, by_name: Mapping[str, Sequence[Told]]) -> Table:
 
 def _followed(bench: Bench, session: str) -> Table:
     """The tracker of the package against others, on one drive whose distances the simulator knows."""
-    config = GazeConfig()
-    gaze = build_gaze_map([bench.recording(session)], config)
-    drive = read_drive(bench.recording(session), gaze.front_end, gaze.readout.encoder, config)
+    (drive,), _, encoder = _drives(bench, [session])
     sight = TrueSight(SimulatedRecording(bench.plan, session), drive.poses)
-    return following_table(following_errors(drive, gaze.readout.encoder, sight))
+    return following_table(following_errors(drive, encoder, sight))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,7 +66,7 @@ class TrueSight:
         return range_m[rows, columns] * np.cos(_ELEVATIONS), ids[rows, columns].astype(np.int64)
 
 
-@cache
+@lru_cache(maxsize=2)
 def _rendered(recording: SimulatedRecording, frame: int) -> tuple[FloatArray, NDArray[np.int32]]:
     rendering = recording.rendering(frame)
     return rendering.range_m.astype(np.float64), rendering.object_id

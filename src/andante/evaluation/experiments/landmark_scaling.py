@@ -26,7 +26,7 @@ def scaling(bench: Bench, names: Sequence[str], boxes: Boxes, seed: int, *, perm
     """Median errors with the first 1 .. m landmarks of random orders, and the time of an image."""
     landmarks = learnt(bench, names, boxes)
     test = boxes(TEST)
-    tried = tried_on(landmarks, album_of(bench, TEST, names, boxes))
+    tried = tried_on(landmarks, album_of(bench, [TEST], names, boxes))
     rng = np.random.default_rng([seed, _ORDERS])
     medians = np.empty((permutations, len(names)))
     for row in medians:

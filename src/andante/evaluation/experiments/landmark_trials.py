@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, astuple, dataclass
+from typing import TYPE_CHECKING, Any
 
 from andante.data import Estimate, FloatArray, Frame
+from andante.evaluation.experiments.cache import code_hash
 from andante.evaluation.experiments.landmark_world import TRAIN, seen
 from andante.evaluation.experiments.plans import Scale
 from andante.evaluation.experiments.trials import Bench
-from andante.landmarks.boxes import Detection
+from andante.landmarks.boxes import Box, Detection
 from andante.landmarks.views import ViewCutter
 from andante.mapping.landmark_config import LandmarkConfig
 from andante.mapping.landmark_lesson import Album, collect
 from andante.mapping.landmark_sights import Sight
 from andante.mapping.landmarks import LandmarkMap
 from andante.sfa import one_thread
+
+if TYPE_CHECKING:
+    from andante.landmarks.training import TrainingConfig
+
+_STEPS, _MAX_SECONDS = 1000, 1200.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,50 +45,80 @@ Boxes = Callable[[str], list[list[Detection]]]
 
 
 def boxes_by(bench: Bench, names: Sequence[str], seed: int, scale: Scale) -> Boxes:
-    """The detector that the scale asks for, of landmarks with these names.
+    """The detector that the scale asks for, of landmarks with these names."""
+    return _learnt_boxes(bench, names, seed) if scale.detector == "learnt" else simulated_boxes(bench, names, seed)
 
-    One that learns takes its labels from the mapped drive; it needs the extras ``torch`` and ``landmarks``.
-    """
-    if scale.detector == "learnt":
-        return _learnt_boxes(bench, names, seed)
+
+def simulated_boxes(bench: Bench, names: Sequence[str], seed: int) -> Boxes:
+    """What is visible, as wrong as a detector's boxes are; another draw for the mapped drive than for tests."""
     return lambda session: seen(bench, session).detections(names, seed + (session != TRAIN))
 
 
 def _learnt_boxes(bench: Bench, names: Sequence[str], seed: int) -> Boxes:
-    from andante.landmarks.labels import Labels
-    from andante.landmarks.training import TrainingConfig, train_detector
+    """Of a detector that takes its labels from the mapped drive; what it finds in all sessions is kept.
 
-    recording, frames = bench.recording(TRAIN), seen(bench, TRAIN).detections(names, seed)
+    Needs the extras ``torch``, ``onnx`` and ``landmarks``.
+    """
+    from andante.landmarks.training import TrainingConfig
+
+    # Nobody waits for it beside a robot: on a busy machine it may take longer, so as to end by itself.
+    config = TrainingConfig(seed=seed, steps=_STEPS, max_seconds=_MAX_SECONDS)
+    key = {
+        "learnt_boxes": list(names),
+        "sessions": {one.name: bench.plan.fingerprint(one.name) for one in bench.plan.sessions},
+        "config": asdict(config),
+        "code": code_hash(tracking=True),
+    }
+    stored = bench.store.load(key)
+    if stored is None:
+        stored = {"sessions": _found_by_learnt(bench, names, seed, config)}
+        bench.store.save(key, stored)
+    found = {
+        session: [[Detection(Box(*box), name, score) for name, score, box in frame] for frame in frames]
+        for session, frames in stored["sessions"].items()
+    }
+    return found.__getitem__
+
+
+def _found_by_learnt(bench: Bench, names: Sequence[str], seed: int, config: TrainingConfig) -> dict[str, Any]:
+    """By session and frame the name, score and box of all that is found, as plain values."""
+    from andante.landmarks.labels import Labels
+    from andante.landmarks.training import train_detector
+
+    recording, frames = bench.recording(TRAIN), simulated_boxes(bench, names, seed)(TRAIN)
     labels = []
     for name in names:
         boxes = {k: one.box for k, frame in enumerate(frames) for one in frame if one.name == name}
         labels.append(Labels(name, recording.name, boxes, frozenset(range(len(frames))) - boxes.keys()))
-    detector = train_detector([(recording, labels)], TrainingConfig(seed=seed), progress=bench.progress)
-
-    def boxes_in(session: str) -> list[list[Detection]]:
-        drive = bench.recording(session)
-        return [detector.detect(frame.image, drive.camera) for frame in drive.frames(colour=True)]
-
-    return boxes_in
+    detector = train_detector([(recording, labels)], config, progress=bench.progress)
+    found = dict[str, Any]()
+    for session in bench.plan.sessions:
+        drive, rows = bench.recording(session.name), list[Any]()
+        for frame in drive.frames(colour=True):
+            rows.append([(one.name, one.score, astuple(one.box)) for one in detector.detect(frame.image, drive.camera)])
+            bench.progress(f"detect {session.name}", len(rows), len(drive.infos))
+        found[session.name] = rows
+    return found
 
 
 def learnt(bench: Bench, names: Sequence[str], boxes: Boxes) -> LandmarkMap:
     """Landmarks with these names from the drive that is mapped."""
     with one_thread():
-        return LandmarkMap.learn(album_of(bench, TRAIN, names, boxes))
+        return LandmarkMap.learn(album_of(bench, [TRAIN], names, boxes))
 
 
-def album_of(bench: Bench, session: str, names: Sequence[str], boxes: Boxes) -> Album:
-    """Views of the landmarks with these names in a session."""
-    detections = boxes(session)
-    recording = bench.recording(session)
+def album_of(bench: Bench, sessions: Sequence[str], names: Sequence[str], boxes: Boxes) -> Album:
+    """Views of the landmarks with these names in some sessions."""
     camera = bench.plan.camera
-    cutter = ViewCutter(recording.camera, (camera.height_px, camera.width_px))
+    drives = []
+    for session in sessions:
+        recording, detections = bench.recording(session), boxes(session)
 
-    def spot(frame: Frame) -> Sequence[Detection]:
-        return [one for one in detections[frame.info.index] if one.name in names]
+        def spot(frame: Frame, detections: list[list[Detection]] = detections) -> Sequence[Detection]:
+            return [one for one in detections[frame.info.index] if one.name in names]
 
-    return collect([(recording, cutter, spot)], LandmarkConfig().window)
+        drives.append((recording, ViewCutter(recording.camera, (camera.height_px, camera.width_px)), spot))
+    return collect(drives, LandmarkConfig().window)
 
 
 def tried_on(landmarks: LandmarkMap, album: Album) -> Trialled:

@@ -195,8 +195,9 @@ def _imperfect(boxes: FloatArray, rng: np.random.Generator) -> FloatArray:
         [
             np.angle(np.exp(1j * (azimuth + across.mean(axis=0)))),
             elevation + along.mean(axis=0),
-            np.maximum(width + across[0] - across[1], 1e-3),
-            np.maximum(height + along[0] - along[1], 1e-3),
+            # What is all around the robot, as the crown of a tree that it stands under, is no wider than that.
+            np.clip(width + across[0] - across[1], 1e-3, 2 * np.pi),
+            np.clip(height + along[0] - along[1], 1e-3, np.pi),
         ]
     )
     seen_well = (found[:, 2] >= _LEAST_WIDTH_RAD) & (found[:, 3] >= _LEAST_HEIGHT_RAD)

@@ -30,9 +30,15 @@ COVERS: dict[str, Cover] = {"board": board, "hedge": foliage}
 
 
 def hidden_sector(
-    image: ImageArray, camera: CameraSpec, share: float, *, rng: np.random.Generator, cover: Cover | ImageArray
+    image: ImageArray,
+    camera: CameraSpec,
+    share: float,
+    start_rad: float,
+    *,
+    rng: np.random.Generator,
+    cover: Cover | ImageArray,
 ) -> ImageArray:
-    """A grey picture (height, width) with a ``share`` of its azimuths, in one piece, hidden by a cover.
+    """A grey picture (height, width), a ``share`` of whose azimuths, counter-clockwise from a first, a cover hides.
 
     The cover may be another picture of the same size: then other things, of another place, stand before the horizon.
     Raises ``ConfigError`` for a share outside of 0 to 1, or a cover of another size.
@@ -40,8 +46,7 @@ def hidden_sector(
     if not 0 <= share <= 1:
         raise ConfigError(f"the hidden share of the horizon is from 0 to 1, got {share:g}")
     azimuth, _, valid = rays(camera, image.shape)
-    start = rng.uniform(-np.pi, np.pi)
-    hidden = valid & (np.mod(azimuth - start, 2 * np.pi) < 2 * np.pi * share)
+    hidden = valid & (np.mod(azimuth - start_rad, 2 * np.pi) < 2 * np.pi * share)
     over = cover if isinstance(cover, np.ndarray) else cover(rng, (image.shape[0], image.shape[1]))
     if over.shape != image.shape:
         raise ConfigError(f"a cover of shape {over.shape} does not fit a picture of shape {image.shape}")

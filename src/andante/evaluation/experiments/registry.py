@@ -136,7 +136,7 @@ EXPERIMENTS = (
         plan=small_plan,
         run=run_landmarks,
         small=Scale(frames=300, image_px=320, permutations=10),
-        full=Scale(frames=2000, image_px=480, permutations=50),
+        full=Scale(frames=2000, image_px=480, permutations=50, detector="learnt"),
     ),
 )
 
