@@ -321,10 +321,10 @@ def labels_right(folder: Path, chosen: Sequence[Subject], truth: Truth) -> None:
 
 
 def detections_right(detector: LandmarkDetector, folder: Path, chosen: Sequence[Subject], truth: Truth) -> None:
-    """How often landmarks are found in a test, and how often something else is taken for one."""
+    """How often landmarks are found in the grey pictures of a test, and how often something else is taken for one."""
     recording, names = open_recording(folder), [one.object for one in chosen]
     found, seen, wrong = np.zeros((3, len(names)), int)
-    for frame in recording.frames(colour=True):
+    for frame in recording.frames():
         detected = {one.name: one.box for one in detector.detect(frame.image, recording.camera)}
         for k, box in enumerate(truth.boxes(frame.info.index, names)):
             shown = None if box is None else clipped(box, detector.geometry)
