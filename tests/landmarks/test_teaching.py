@@ -7,7 +7,7 @@ from andante.angles import wrapped
 from andante.camera import PanoramaGeometry
 from andante.errors import InputError, LearningError
 from andante.landmarks.boxes import Box, Detection
-from andante.landmarks.teaching import AnchorTrack, Lesson, Relation, find_track, spread, teach
+from andante.landmarks.teaching import AnchorTrack, Lesson, Relation, find_track, nearest, spread, teach
 
 GEOMETRY = PanoramaGeometry(720, 160, -40.0, 40.0)
 ABOVE = Relation(0.0, 1.2, 1.5, 1.5)
@@ -111,6 +111,10 @@ def test_spread():
     assert spread(range(100, 201), 3) == [100, 150, 200]
     assert spread([4, 7], 12) == [4, 7]
     assert len(spread(range(1000), 12)) == 12
+
+
+def test_every_frame_belongs_to_the_nearest_of_some():
+    assert nearest([1, 2, 3, 7, 8, 20], [1, 7, 20]) == {1: [1, 2, 3], 7: [7, 8], 20: [20]}
 
 
 def test_kinds_that_no_detector_knows(anchor_scene):

@@ -190,6 +190,14 @@ def spread(frames: Sequence[int], count: int) -> list[int]:
     return [frames[at] for at in places]
 
 
+def nearest(frames: Sequence[int], chosen: Sequence[int]) -> dict[int, list[int]]:
+    """Each of some ascending frames with the one of ``chosen``, some of them, that is next to it: by that one."""
+    around: dict[int, list[int]] = {index: [] for index in chosen}
+    for index in frames:
+        around[min(chosen, key=lambda one: abs(one - index))].append(index)
+    return around
+
+
 def _shown(box: Box, geometry: PanoramaGeometry) -> Box | None:
     """What of a box can be a label."""
     if box.width_rad > _WIDEST_RAD or visible_share(box, geometry) < _VISIBLE_SHARE:

@@ -19,7 +19,7 @@ let relation = null; // of the box that is being drawn, in units of the anchor's
 let at = 0; // which of the anchor's frames is drawn in
 let shownAnchor = ""; // what the drawing step was set up for
 let previews = []; // {tile, frame}
-const leftOut = new Map(); // name of a landmark -> Set of frames
+const leftOut = new Map(); // name of a landmark -> Set of frames of its sheet, each with those around it
 
 const surface = new Surface($("surface"), (box) => {
   setRelation(box && relationBetween(frame(), box));
@@ -199,12 +199,18 @@ function renderTaught() {
   for (const { tile, frame: one } of previews) tile.setMarks(taughtBoxes(one));
 }
 
+// What is wrong in a frame of the sheet is wrong in those next to it, which the sheet does not show.
+function framesLeftOut(landmark) {
+  const frames = leftOut.get(landmark.name) ?? new Set();
+  return landmark.sheet.filter((one) => frames.has(one.index)).flatMap((one) => one.around);
+}
+
 function renderCheck() {
   $("sheets").replaceChildren(...known.landmarks.map((one, number) => {
     if (!leftOut.has(one.name)) leftOut.set(one.name, new Set());
     const count = element("span", { className: "soft" });
     const tell = () => {
-      const left = leftOut.get(one.name).size;
+      const left = framesLeftOut(one).length;
       count.textContent = `${one.frames - left} labels${left ? `, ${left} left out` : ""}`;
     };
     tell();
@@ -222,7 +228,7 @@ function sheetTile(landmark, box, number, changed) {
   const show = () => {
     button.setAttribute("aria-pressed", String(frames.has(box.index)));
     tile.caption.textContent = `frame ${box.index}${frames.has(box.index) ? " · left out" : ""}`;
-    button.setAttribute("aria-label", `Leave out frame ${box.index} of ${landmark.name}`);
+    button.setAttribute("aria-label", `Leave out frame ${box.index} of ${landmark.name} and those around it`);
   };
   button.addEventListener("click", () => {
     if (!frames.delete(box.index)) frames.add(box.index);
@@ -299,10 +305,9 @@ $("save").addEventListener("click", async () => {
   $("save").disabled = true;
   $("save").textContent = "Saving …";
   say("Saving. Pictures of many frames take a while.");
-  const names = new Set(known.landmarks.map((one) => one.name));
-  const chosen = [...leftOut].filter(([name, frames]) => names.has(name) && frames.size);
+  const chosen = known.landmarks.map((one) => ({ landmark: one.name, frames: framesLeftOut(one) }));
   wish = null;
-  const done = await tell(server.save(chosen.map(([landmark, frames]) => ({ landmark, frames: [...frames] }))));
+  const done = await tell(server.save(chosen.filter((one) => one.frames.length)));
   $("save").disabled = false;
   $("save").textContent = "Approve and save";
   say("");
