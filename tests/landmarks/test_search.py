@@ -1,5 +1,7 @@
 """One anchor through a recording, with a detector that finds bright red things and misses some frames."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -95,6 +97,43 @@ def test_two_anchors_are_an_error_until_one_is_chosen(scene, boxes):
         search.find(recording, "suitcase")
     track = search.find(recording, "suitcase", chosen=Chosen(3, -0.4))
     assert all(abs(one.box.azimuth_rad + 0.5) < 0.05 for one in track.values())
+
+
+def test_every_frame_is_looked_at_once_for_all_anchors(scene, boxes):
+    recording, red = recorded(scene, FRAMES, (boxes, range(FRAMES))), Red()
+    fresh = AnchorSearch(Red(), workers=1).find(recording, "suitcase")
+    looks = []
+
+    def counted(picture, min_score):
+        looks.append(1)
+        return red(picture, min_score)
+
+    def stop(done, total):
+        if done == 5:
+            raise KeyboardInterrupt
+
+    search = AnchorSearch(counted, workers=1)
+    with pytest.raises(KeyboardInterrupt):
+        search.find(recording, "suitcase", stop)
+    calls = []
+    with pytest.raises(LearningError, match=r"no bicycle"):
+        search.find(recording, "bicycle", lambda *done: calls.append(done))
+    assert calls[0] == (5, FRAMES)
+    before = len(looks)
+    assert search.find(recording, "suitcase") == fresh
+    assert len(looks) == before
+    search.find(recorded(scene, FRAMES, (boxes, range(FRAMES))), "suitcase")  # another recording is looked at anew
+    assert len(looks) > before
+
+
+def test_frames_that_show_a_part_of_the_anchor_are_left_out_where_there_are_others(scene, boxes):
+    # The picture ends at -0.52.
+    low = [replace(box, elevation_rad=-0.35 if n < 8 else 0.0) for n, box in enumerate(boxes)]
+    track = AnchorSearch(Red(), workers=1).find(recorded(scene, FRAMES, (low, range(FRAMES))), "suitcase")
+    assert list(track) == list(range(8, FRAMES))
+    everywhere = [replace(box, elevation_rad=-0.35) for box in boxes]
+    track = AnchorSearch(Red(), workers=1).find(recorded(scene, FRAMES, (everywhere, range(FRAMES))), "suitcase")
+    assert list(track) == list(range(FRAMES))
 
 
 def test_a_frame_that_cannot_be_read_is_passed_over(scene, boxes):

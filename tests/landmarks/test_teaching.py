@@ -8,7 +8,7 @@ from andante.camera import PanoramaGeometry
 from andante.errors import InputError, LearningError
 from andante.landmarks.boxes import Box, Detection
 from andante.landmarks.coco_names import COCO_NAMES
-from andante.landmarks.teaching import AnchorTrack, Lesson, Relation, find_track, spread, teach
+from andante.landmarks.teaching import AnchorTrack, Lesson, Relation, find_track, nearest, spread, teach
 
 GEOMETRY = PanoramaGeometry(720, 160, -40.0, 40.0)
 ABOVE = Relation(0.0, 1.2, 1.5, 1.5)
@@ -100,6 +100,8 @@ def test_the_frame_to_draw_in_is_large_sure_and_seen():
     small = {index: one(0.1, 0.5) for index in range(10)}
     chosen = AnchorTrack("bicycle", {**small, 20: one(0.3, 0.4), 21: one(0.3, 0.6), 22: one(0.5, 0.9, followed=True)})
     assert chosen.best_frame() == 21
+    near = {index: one(0.9, 0.7) for index in range(10)}  # from so close there is no room above it
+    assert AnchorTrack("bicycle", {**near, 20: one(0.3, 0.8)}).best_frame() == 20
 
 
 def test_frames_are_left_out():
@@ -114,6 +116,10 @@ def test_spread():
     assert spread(range(100, 201), 3) == [100, 150, 200]
     assert spread([4, 7], 12) == [4, 7]
     assert len(spread(range(1000), 12)) == 12
+
+
+def test_every_frame_belongs_to_the_nearest_of_some():
+    assert nearest([1, 2, 3, 7, 8, 20], [1, 7, 20]) == {1: [1, 2, 3], 7: [7, 8], 20: [20]}
 
 
 def test_kinds_that_no_detector_knows(anchor_scene):

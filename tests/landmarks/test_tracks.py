@@ -1,5 +1,7 @@
 """Which detections are the one anchor."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -39,6 +41,16 @@ def test_an_outlier_in_a_gap_is_left_out():
 def test_a_thing_that_comes_into_view_again_is_the_same():
     detections = {n: [seen(1.0, n)] for n in [*range(5), *range(30, 40)]}
     assert len(one_anchor(detections, TURNS)) == 15
+
+
+def test_a_part_taken_for_the_whole_is_left_out():
+    detections = {n: [seen(1.0, n)] for n in range(FRAMES)}
+    for n in (0, 8, 9, 39):
+        (one,) = detections[n]
+        detections[n] = [replace(one, box=replace(one.box, width_rad=0.15))]
+    assert sorted(one_anchor(detections, TURNS)) == [n for n in range(FRAMES) if n not in (0, 8, 9, 39)]
+    growing = {n: replace(seen(1.0, n), box=Box(0.0, 0.1, 0.1 * 1.09**n, 0.1 * 1.09**n)) for n in range(FRAMES)}
+    assert len(one_anchor({n: [one] for n, one in growing.items()}, 0.0 * TURNS)) == FRAMES
 
 
 def test_two_things_of_a_kind_are_an_error_that_says_how_to_choose():

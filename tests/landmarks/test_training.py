@@ -21,7 +21,7 @@ torch = pytest.importorskip("torch", reason="learning landmarks needs the extra 
 pytest.importorskip("onnx", reason="landmark detectors are written with the extra onnx")
 pytest.importorskip("onnxruntime", reason="landmark detectors run with onnxruntime")
 
-from andante.landmarks.augmentation import _occluded, augmented  # noqa: E402
+from andante.landmarks.augmentation import _greyed, _occluded, augmented  # noqa: E402
 from andante.landmarks.learning import learnt  # noqa: E402
 from andante.landmarks.network import LandmarkNetwork  # noqa: E402
 
@@ -129,6 +129,16 @@ def test_augmentation_moves_boxes_with_what_is_in_them():
         middle = picture.mean(0)[np.clip(int(y), 1, 30), (int(x) + np.arange(-8, 8)) % 128]
         seen += np.abs(np.diff(middle)).max() > 0.25 * np.ptp(picture.mean(0))
     assert seen > 12
+
+
+def test_half_of_the_pictures_have_no_colour():
+    pictures = torch.rand((40, 3, 4, 5), generator=torch.Generator().manual_seed(1))
+    greyed = _greyed(pictures, torch.Generator().manual_seed(2)).numpy()
+    grey = np.ptp(greyed, axis=1).max(axis=(1, 2)) < 1e-6
+    assert 10 < grey.sum() < 30
+    assert np.array_equal(greyed[~grey], pictures.numpy()[~grey])
+    of_camera = cv2.cvtColor(pictures[int(np.flatnonzero(grey)[0])].numpy().transpose(1, 2, 0), cv2.COLOR_BGR2GRAY)
+    assert greyed[grey][0, 0] == pytest.approx(of_camera, abs=1e-3)
 
 
 def test_the_anchor_comes_and_goes():

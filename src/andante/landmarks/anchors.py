@@ -17,7 +17,16 @@ from andante.landmarks.boxes import Box, Detection
 from andante.landmarks.cuts import Cuts
 from andante.landmarks.yolox import AnchorDetector, Found
 
-__all__ = ["ALSO_TAKEN_FOR", "AnchorDetector", "PictureDetector", "find_anchors", "near_and_far"]
+__all__ = [
+    "ALSO_TAKEN_FOR",
+    "AnchorDetector",
+    "PictureDetector",
+    "Sighting",
+    "anchors_among",
+    "find_anchors",
+    "look_around",
+    "near_and_far",
+]
 
 PictureDetector = Callable[[ImageArray, float], Sequence[Found]]
 """BGR picture and least score -> what is in it, as ``AnchorDetector`` does."""
@@ -38,7 +47,7 @@ _JOINED_SHARE = 0.25
 
 
 @dataclass(frozen=True, slots=True)
-class _Sighting:
+class Sighting:
     """A detection and whether the edge of its cut divides it."""
 
     detection: Detection
@@ -57,23 +66,36 @@ def find_anchors(
 
     Things taken for something that ``name`` is mistaken for count as well (``ALSO_TAKEN_FOR``).
     """
-    names = {name} | ALSO_TAKEN_FOR.get(name, frozenset())
-    return _merged(
-        _sighting(replace(found, name=name), around, number)
+    return anchors_among(look_around(detector, cuts, panorama, min_score=min_score), name)
+
+
+def look_around(
+    detector: PictureDetector, cuts: Sequence[Cuts], panorama: ImageArray, *, min_score: float = 0.3
+) -> list[Sighting]:
+    """Whatever the detector knows in all cuts of a BGR panorama (H, W, 3); raises as ``cuts`` and ``detector`` do."""
+    return [
+        _sighting(found, around, number)
         for around in cuts
         for number, cut in enumerate(around(panorama))
         for found in detector(cut, min_score)
-        if found.name in names
+    ]
+
+
+def anchors_among(sightings: Iterable[Sighting], name: str) -> list[Detection]:
+    """The things called ``name``, or taken for something else as above, surest first."""
+    names = {name} | ALSO_TAKEN_FOR.get(name, frozenset())
+    return _merged(
+        replace(one, detection=replace(one.detection, name=name)) for one in sightings if one.detection.name in names
     )
 
 
-def _sighting(found: Found, cuts: Cuts, number: int) -> _Sighting:
+def _sighting(found: Found, cuts: Cuts, number: int) -> Sighting:
     left, right = found.pixels[0], found.pixels[2]
     divided = left < _EDGE_PX or right > cuts.size_px - _EDGE_PX
-    return _Sighting(Detection(_clipped(found, cuts, number), found.name, found.score), divided)
+    return Sighting(Detection(_clipped(found, cuts, number), found.name, found.score), divided)
 
 
-def _merged(sightings: Iterable[_Sighting]) -> list[Detection]:
+def _merged(sightings: Iterable[Sighting]) -> list[Detection]:
     """One detection for each thing: parts are joined first, then whole ones win and of those the surest."""
     whole: list[Detection] = []
     parts: list[Detection] = []
@@ -120,9 +142,13 @@ def _union(first: Box, second: Box) -> Box:
 
 
 def _clipped(found: Found, cuts: Cuts, number: int) -> Box:
-    """A detector's rectangle may reach beyond its picture, where nothing was seen."""
+    """A detector's rectangle may reach beyond its picture, where nothing was seen.
+
+    What the lower edge of a cut divides goes on below it, by how much is not known: as far as cuts reach.
+    """
     left, top, right, bottom = (min(max(value, 0.0), float(cuts.size_px)) for value in found.pixels)
     box = cuts.box(number, (left, top, right, bottom))
-    low = max(box.low_rad, float(np.radians(cuts.geometry.min_deg)))
+    divided = bottom > cuts.size_px - _EDGE_PX
+    low = cuts.lowest_rad if divided else max(box.low_rad, float(np.radians(cuts.geometry.min_deg)))
     high = min(box.high_rad, float(np.radians(cuts.geometry.max_deg)))
     return Box.between(box.left_rad, box.right_rad, min(low, high), high)

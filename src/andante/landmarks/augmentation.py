@@ -2,10 +2,11 @@
 
 A place is taught in one afternoon and looked at all year. What a landmark detector must not rely on is therefore made
 random while it learns: heading and tilt of the robot; strength, colour and direction of the light; contrast and colours
-altogether, up to none; leaves of any colour; snow on what lies low; clouds; blur and noise of the camera; and things
-that stand in the way. Where they cover a landmark nearly whole, it is not there to be found. The anchor that it was
-taught with is covered in half of the pictures and copied to another place in half, so that it says nothing. Pictures
-are BGR (n, 3, height, width) float32, 0 to 1. Imported only by what learns.
+altogether; leaves of any colour; snow on what lies low; clouds; blur and noise of the camera; and things that stand in
+the way. Where they cover a landmark nearly whole, it is not there to be found. The anchor that it was taught with is
+covered in half of the pictures and copied to another place in half, so that it says nothing. Half of the pictures have
+no colour, since maps look at grey ones. Pictures are BGR (n, 3, height, width) float32, 0 to 1. Imported only by what
+learns.
 """
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ _PRESENT, _GONE = 0.6, 0.85
 _LIKELY_COVERED = 0.3
 _OTHER_THINGS = 3
 _CLOUDS = 5, 16
+_GREY = 0.5
+_BGR_TO_GREY = 0.114, 0.587, 0.299
 _ALIKE = 0.12
 """Colours this far apart count as alike."""
 
@@ -53,6 +56,7 @@ def augmented(examples: Examples, grid: Grid, rng: np.random.Generator) -> Batch
     changed = _relit(_recoloured(pictures, torch_rng), torch_rng)
     pictures = torch.lerp(pictures, changed, _uniform(torch_rng, (len(pictures), 1, 1, 1), 0.2, 1.0))
     pictures, covered = _occluded(pictures, cells, anchors, grid, rng)
+    pictures = _greyed(pictures, torch_rng)
     pictures = _sensed(pictures, torch_rng, rng)
     share = _covered_share(covered, cells, grid)
     gone = share > _GONE
@@ -123,6 +127,12 @@ def _relit(pictures: Tensor, rng: torch.Generator) -> Tensor:
     contrast = torch.exp(_uniform(rng, (count, 1, 1, 1), -0.6, 0.3))
     mean = pictures.mean(dim=(1, 2, 3), keepdim=True)
     return (mean + contrast * (pictures * gain - mean)).clamp(0.0, 1.0)
+
+
+def _greyed(pictures: Tensor, rng: torch.Generator) -> Tensor:
+    """Half of them without any colour, as maps look at pictures: what is learnt by colour is not found in those."""
+    grey = torch.einsum("c,nchw->nhw", torch.tensor(_BGR_TO_GREY), pictures)[:, None]
+    return torch.lerp(pictures, grey.expand(pictures.shape), _sometimes(rng, len(pictures), _GREY))
 
 
 def _sensed(pictures: Tensor, torch_rng: torch.Generator, rng: np.random.Generator) -> Tensor:

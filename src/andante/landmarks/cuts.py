@@ -45,8 +45,8 @@ class Cuts:
             )
         self.geometry, self.count, self.size_px = geometry, count, size_px
         self.focal_px = size_px / 2.0 / float(np.tan(np.radians(wide_deg) / 2.0))
-        lowest = np.radians(max(geometry.min_deg, _LOWEST_DEG))
-        self.horizon_px = size_px + self.focal_px * float(np.tan(lowest))
+        self.lowest_rad = float(np.radians(max(geometry.min_deg, _LOWEST_DEG)))
+        self.horizon_px = size_px + self.focal_px * float(np.tan(self.lowest_rad))
         beside, elevation = self._rays()
         highest, span = np.radians([geometry.max_deg, geometry.max_deg - geometry.min_deg])
         self._rows = ((highest - elevation) / span * geometry.height_px - 0.5).astype(np.float32)

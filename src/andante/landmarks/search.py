@@ -3,33 +3,52 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from threading import Lock
 
 import numpy as np
 
+from andante.camera import PanoramaGeometry
 from andante.data import FloatArray, ImageArray, Trajectory
 from andante.errors import ConfigError, ImageError, LearningError
-from andante.landmarks.anchors import PictureDetector, find_anchors, near_and_far
+from andante.landmarks.anchors import PictureDetector, Sighting, anchors_among, look_around, near_and_far
 from andante.landmarks.boxes import Detection
 from andante.landmarks.coco_names import COCO_NAMES
 from andante.landmarks.following import MAX_GAP, fill_gaps
+from andante.landmarks.standing import standing_still
 from andante.landmarks.surroundings import Surroundings
 from andante.landmarks.tracks import Chosen, one_anchor
 from andante.landmarks.turning import Spectrum, horizon_spectrum, turn_between
+from andante.landmarks.windows import elevations_rad
 from andante.protocols import Recording
 from andante.recordings import ordered_map
 
 MIN_FRAMES = 10
 """An anchor seen in fewer frames teaches nothing."""
+_AT_THE_EDGE_RAD = float(np.radians(0.5))
+_WHOLE_SHARE = 0.25
 
 Progress = Callable[[int, int], None]
 """Called with frames searched and frames in all."""
+
+
+@dataclass
+class _Seen:
+    """What was seen in the first frames of a recording, as far as it was looked at."""
+
+    recording: Recording
+    sightings: list[list[Sighting] | None] = field(default_factory=list)  # of a frame; None where it cannot be read
+    turn_rad: list[float] = field(default_factory=list)  # since frame 0
+    last: Spectrum | None = None
+    lock: Lock = field(default_factory=Lock)
 
 
 class AnchorSearch:
     """Finds the anchor of one class in recordings, with an ``AnchorDetector``.
 
     ``every`` n-th frame is looked at by the detector, the others are followed. ``min_score`` is the least score of a
-    detection. ``workers`` threads share the work.
+    detection. ``workers`` threads share the work. Everything that was seen in the last recording is kept, so that a
+    search for another anchor in it takes no time, and one that was stopped goes on where it was.
     """
 
     def __init__(
@@ -38,6 +57,7 @@ class AnchorSearch:
         if not 1 <= every <= MAX_GAP:
             raise ConfigError(f"every = {every} is not allowed; look at every frame (1) up to every {MAX_GAP}th")
         self._detector, self._every, self._min_score, self._workers = detector, every, min_score, workers
+        self._seen: _Seen | None = None
 
     @property
     def names(self) -> Sequence[str]:
@@ -49,39 +69,70 @@ class AnchorSearch:
     ) -> dict[int, Detection]:
         """The one anchor called ``name`` by frame index, ascending, ``followed`` where the detector did not see it.
 
+        Where the recording has reference poses, what lies in another direction than the place to which most detections
+        point is left out. So are frames in which the lower or upper end of the picture cuts it off, where enough others
+        remain.
+
         ``chosen`` tells it from another one of its kind. Raises ``ConfigError`` for a name that no detector knows,
         ``LearningError`` where it is in fewer than 10 frames, ``InputError`` where there are two.
         """
         if name not in COCO_NAMES:
             raise ConfigError(f"an anchor {name!r} is not known; known are {', '.join(COCO_NAMES)}")
-        surroundings = Surroundings(recording)
+        surroundings, seen = Surroundings(recording), self._seen
+        if seen is None or seen.recording is not recording:
+            self._seen = seen = _Seen(recording)
+        with seen.lock:
+            self._look(seen, surroundings, progress)
+        detections = {
+            index: anchors_among(sightings, name)
+            for index, sightings in enumerate(seen.sightings)
+            if sightings is not None
+        }
+        poses = _poses(recording)
+        track = standing_still(one_anchor(detections, np.array(seen.turn_rad), chosen, poses), poses)
+        require_enough(name, len(track))
+        filled = fill_gaps(track, _readable(surroundings), surroundings.geometry, len(recording.infos))
+        return _whole(filled, surroundings.geometry)
+
+    def _look(self, seen: _Seen, surroundings: Surroundings, progress: Progress | None) -> None:
+        """Look at all frames that were not looked at."""
         cuts = near_and_far(surroundings.geometry)
 
-        def look(index: int) -> tuple[Spectrum, list[Detection]] | None:
+        def look(index: int) -> tuple[Spectrum, list[Sighting]] | None:
             try:
                 panorama = surroundings(index)
             except ImageError:
                 return None  # a picture that cannot be read shows no anchor
             if index % self._every:
                 return horizon_spectrum(panorama), []
-            found = find_anchors(self._detector, cuts, panorama, name, min_score=self._min_score)
-            return horizon_spectrum(panorama), found
+            return horizon_spectrum(panorama), look_around(self._detector, cuts, panorama, min_score=self._min_score)
 
-        frames = len(recording.infos)
-        detections: dict[int, list[Detection]] = {}
-        turn_rad = np.zeros(frames)
-        last: Spectrum | None = None
-        for index, seen in enumerate(ordered_map(look, range(frames), self._workers)):
-            turn_rad[index] = turn_rad[max(index - 1, 0)]
-            if seen is not None:
-                spectrum, detections[index] = seen
-                turn_rad[index] += 0.0 if last is None else turn_between(last, spectrum)
-                last = spectrum
+        begin, frames = len(seen.sightings), len(seen.recording.infos)
+        if progress is not None and begin:
+            progress(begin, frames)
+        for index, looked in enumerate(ordered_map(look, range(begin, frames), self._workers), begin):
+            turn = seen.turn_rad[-1] if index else 0.0
+            if looked is not None:
+                turn += 0.0 if seen.last is None else turn_between(seen.last, looked[0])
+                seen.last = looked[0]
+            seen.turn_rad.append(turn)
+            seen.sightings.append(None if looked is None else looked[1])
             if progress is not None:
                 progress(index + 1, frames)
-        track = one_anchor(detections, turn_rad, chosen, _poses(recording))
-        require_enough(name, len(track))
-        return fill_gaps(track, _readable(surroundings), surroundings.geometry, frames)
+
+
+def _whole(track: dict[int, Detection], geometry: PanoramaGeometry) -> dict[int, Detection]:
+    """Without the frames in which the picture ends within the anchor: of a part nobody knows how large the whole is.
+
+    A camera that sees nothing below the horizon cuts off anchors in all frames, and alike; those are kept.
+    """
+    lowest, highest = elevations_rad(geometry)
+    whole = {
+        index: one
+        for index, one in track.items()
+        if one.box.low_rad > lowest + _AT_THE_EDGE_RAD and one.box.high_rad < highest - _AT_THE_EDGE_RAD
+    }
+    return whole if len(whole) >= max(MIN_FRAMES, _WHOLE_SHARE * len(track)) else track
 
 
 def _poses(recording: Recording) -> FloatArray:

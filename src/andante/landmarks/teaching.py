@@ -27,6 +27,7 @@ FARTHEST, LARGEST = 20.0, 20.0
 """Of an offset and of a size, in units of the anchor's box."""
 SUGGESTED = ("bicycle", "suitcase", "car", "umbrella", "person", "chair", "potted plant", "sports ball")
 """Anchors that are easy to come by and to recognise; those of the thesis first (7.4)."""
+_LARGE_RAD = math.radians(15.0)
 _VISIBLE_SHARE = 0.5
 _LISTED = 12
 """Kinds of anchor that a message names."""
@@ -100,11 +101,15 @@ class AnchorTrack:
         require_enough(self.name, len(self.detections))
 
     def best_frame(self) -> int:
-        """A frame to draw in: seen rather than followed, then where score and size are high."""
+        """A frame to draw in: seen rather than followed, then where score and size are high.
+
+        Larger than 15 degrees counts no more: there is no room then for a landmark that towers above its anchor, and
+        what is drawn from close by fits less to frames from further away.
+        """
 
         def merit(index: int) -> tuple[bool, float]:
             one = self.detections[index]
-            return not one.followed, one.score * math.sqrt(one.box.width_rad * one.box.height_rad)
+            return not one.followed, one.score * min(math.sqrt(one.box.width_rad * one.box.height_rad), _LARGE_RAD)
 
         return max(self.detections, key=merit)
 
@@ -207,6 +212,14 @@ def spread(frames: Sequence[int], count: int) -> list[int]:
     """At most ``count`` of some frames, spread evenly, both ends included."""
     places = np.unique(np.linspace(0, len(frames) - 1, min(count, len(frames))).round().astype(int))
     return [frames[at] for at in places]
+
+
+def nearest(frames: Sequence[int], chosen: Sequence[int]) -> dict[int, list[int]]:
+    """Each of some ascending frames with the one of ``chosen``, some of them, that is next to it: by that one."""
+    around: dict[int, list[int]] = {index: [] for index in chosen}
+    for index in frames:
+        around[min(chosen, key=lambda one: abs(one - index))].append(index)
+    return around
 
 
 def _shown(box: Box, geometry: PanoramaGeometry) -> Box | None:

@@ -20,6 +20,8 @@ _LONGEST_GAP = 15
 _SLACK_RAD = 0.06
 _OF_WIDTH_A_FRAME = 0.35
 _SIZE_A_FRAME = 0.3
+_AROUND = 4  # frames before and after with which a size is compared
+_UNSTEADY = 0.35  # of the logarithm of a size
 _RIVAL_FRAMES = 5
 _RIVAL_STRENGTH = 0.25
 _ALONE = 2  # detections of a chain of which none else says anything
@@ -60,7 +62,20 @@ def one_anchor(
                 kept |= chain
         elif chosen is None and len(shared) >= _RIVAL_FRAMES and _strength(chain) >= _RIVAL_STRENGTH * _strength(kept):
             raise InputError(_two_anchors(kept, chain, min(shared)))
-    return dict(sorted(kept.items()))
+    return _steady(dict(sorted(kept.items())))
+
+
+def _steady(track: dict[int, Detection]) -> dict[int, Detection]:
+    """Without boxes of other sizes than those of the frames around: a detector takes a part for the whole at times."""
+    frames = np.array(list(track))
+    sizes = np.log([(max(one.box.width_rad, 1e-3), max(one.box.height_rad, 1e-3)) for one in track.values()])
+    steady: dict[int, Detection] = {}
+    for at, (frame, detection) in enumerate(track.items()):
+        around = sizes[np.abs(frames - frame) <= _AROUND]
+        usual = np.median(around, axis=0)
+        if len(around) < _AROUND or np.abs(sizes[at] - usual).max() <= _UNSTEADY:
+            steady[frame] = detection
+    return steady
 
 
 def _strength(chain: Mapping[int, Detection]) -> float:

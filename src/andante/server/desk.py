@@ -20,6 +20,7 @@ from andante.landmarks.teaching import (
     Relation,
     check_search,
     find_track,
+    nearest,
     spread,
     teach,
 )
@@ -205,7 +206,9 @@ class Desk:
 
     def _taught(self, lesson: Lesson) -> dict[str, Any]:
         relation = lesson.relation
-        sheet = [{"index": index, **_box(lesson.boxes[index])} for index in spread(sorted(lesson.boxes), _SHEET)]
+        frames = sorted(lesson.boxes)
+        around = nearest(frames, spread(frames, _SHEET))
+        sheet = [{"index": index, "around": near, **_box(lesson.boxes[index])} for index, near in around.items()]
         return {
             "name": lesson.name,
             "anchor": lesson.anchor,

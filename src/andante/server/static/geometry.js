@@ -4,6 +4,8 @@
 const DEGREE = Math.PI / 180;
 const VISIBLE_SHARE = 0.5; // as andante.landmarks.teaching
 const WIDEST = Math.PI;
+const CLOSEST = 0.3; // share of the whole window
+const AROUND = 2.5; // times a box fits into a close window
 
 export const degrees = (count) => count * DEGREE;
 
@@ -13,6 +15,14 @@ export function wrapped(angle) {
 
 export function windowAround(box, widthDegrees, view) {
   return { azimuth: box.azimuth, width: widthDegrees * DEGREE, low: view.min_rad, high: view.max_rad };
+}
+
+// A narrower window of the same shape where a box is small, so that it can be judged; within the picture.
+export function windowClose(box, widestDegrees, view) {
+  const tall = view.max_rad - view.min_rad;
+  const share = Math.min(1, Math.max(CLOSEST, (AROUND * box.width) / degrees(widestDegrees), (AROUND * box.height) / tall));
+  const low = Math.min(view.max_rad - share * tall, Math.max(view.min_rad, box.elevation - (share * tall) / 2));
+  return { azimuth: box.azimuth, width: share * degrees(widestDegrees), low, high: low + share * tall };
 }
 
 export function boxBeside(anchor, relation) {

@@ -1,6 +1,6 @@
 // The page: what the server knows, shown step by step.
 
-import { boxBeside, isShown, place, rectangleOf, relationBetween, windowAround } from "./geometry.js";
+import { boxBeside, isShown, place, rectangleOf, relationBetween, windowAround, windowClose } from "./geometry.js";
 import * as server from "./server.js";
 import { Surface } from "./surface.js";
 import { Tile, element } from "./tiles.js";
@@ -19,7 +19,7 @@ let relation = null; // of the box that is being drawn, in units of the anchor's
 let at = 0; // which of the anchor's frames is drawn in
 let shownAnchor = ""; // what the drawing step was set up for
 let previews = []; // {tile, frame}
-const leftOut = new Map(); // name of a landmark -> Set of frames
+const leftOut = new Map(); // name of a landmark -> Set of frames of its sheet, each with those around it
 
 const surface = new Surface($("surface"), (box) => {
   setRelation(box && relationBetween(frame(), box));
@@ -131,7 +131,7 @@ function setUpDrawing() {
   $("frame").max = frames.length - 1;
   const wanted = new Set(known.anchor.previews);
   previews = frames.filter((one) => wanted.has(one.index)).map((one) => {
-    const tile = new Tile(one.index, windowAround(one, TILE_DEGREES, known.view), `frame ${one.index}`);
+    const tile = new Tile(one.index, windowAround(one, TILE_DEGREES, known.view), known.view, `frame ${one.index}`);
     tile.mark("the anchor", one, "anchor");
     tile.figure.setAttribute("role", "listitem");
     return { tile, frame: one };
@@ -199,12 +199,18 @@ function renderTaught() {
   for (const { tile, frame: one } of previews) tile.setMarks(taughtBoxes(one));
 }
 
+// What is wrong in a frame of the sheet is wrong in those next to it, which the sheet does not show.
+function framesLeftOut(landmark) {
+  const frames = leftOut.get(landmark.name) ?? new Set();
+  return landmark.sheet.filter((one) => frames.has(one.index)).flatMap((one) => one.around);
+}
+
 function renderCheck() {
   $("sheets").replaceChildren(...known.landmarks.map((one, number) => {
     if (!leftOut.has(one.name)) leftOut.set(one.name, new Set());
     const count = element("span", { className: "soft" });
     const tell = () => {
-      const left = leftOut.get(one.name).size;
+      const left = framesLeftOut(one).length;
       count.textContent = `${one.frames - left} labels${left ? `, ${left} left out` : ""}`;
     };
     tell();
@@ -215,14 +221,14 @@ function renderCheck() {
 }
 
 function sheetTile(landmark, box, number, changed) {
-  const tile = new Tile(box.index, windowAround(box, TILE_DEGREES, known.view), `frame ${box.index}`);
+  const tile = new Tile(box.index, windowClose(box, TILE_DEGREES, known.view), known.view, `frame ${box.index}`);
   tile.mark("it", box, `taught colour-${number % COLOURS}`);
   const frames = leftOut.get(landmark.name);
   const button = element("button", { type: "button", className: "choice" }, tile.figure);
   const show = () => {
     button.setAttribute("aria-pressed", String(frames.has(box.index)));
     tile.caption.textContent = `frame ${box.index}${frames.has(box.index) ? " · left out" : ""}`;
-    button.setAttribute("aria-label", `Leave out frame ${box.index} of ${landmark.name}`);
+    button.setAttribute("aria-label", `Leave out frame ${box.index} of ${landmark.name} and those around it`);
   };
   button.addEventListener("click", () => {
     if (!frames.delete(box.index)) frames.add(box.index);
@@ -297,11 +303,14 @@ $("name-form").addEventListener("submit", async (event) => {
 
 $("save").addEventListener("click", async () => {
   $("save").disabled = true;
-  const names = new Set(known.landmarks.map((one) => one.name));
-  const chosen = [...leftOut].filter(([name, frames]) => names.has(name) && frames.size);
+  $("save").textContent = "Saving …";
+  say("Saving. Pictures of many frames take a while.");
+  const chosen = known.landmarks.map((one) => ({ landmark: one.name, frames: framesLeftOut(one) }));
   wish = null;
-  const done = await tell(server.save(chosen.map(([landmark, frames]) => ({ landmark, frames: [...frames] }))));
+  const done = await tell(server.save(chosen.filter((one) => one.frames.length)));
   $("save").disabled = false;
+  $("save").textContent = "Approve and save";
+  say("");
   if (!done) wish = "check";
 });
 

@@ -15,17 +15,22 @@ export function element(name, attributes = {}, ...children) {
   return made;
 }
 
-// A picture of one frame around a direction. `mark` puts a box on it that has a name, or takes it away for null;
+// A picture of one frame in a window; `view` is what the frame shows at all, in height. `mark` puts a box on it that has a name, or takes it away for null;
 // `setMarks` puts any number of others in place of those that it put there before.
 export class Tile {
-  constructor(index, window, caption) {
+  constructor(index, window, view, caption) {
     this.window = window;
     this.marks = new Map();
     this.others = [];
     this.caption = element("figcaption", {}, caption);
+    // Pictures come at full height: what the window does not show of it lies outside.
+    const times = (view.max_rad - view.min_rad) / (window.high - window.low);
     const image = element("img", {
-      src: pictureUrl(index, window, HEIGHT_PX), alt: "", loading: "lazy", decoding: "async", draggable: false,
+      src: pictureUrl(index, window, Math.round(times * HEIGHT_PX)), alt: "", loading: "lazy", decoding: "async",
+      draggable: false,
     });
+    image.style.height = `${100 * times}%`;
+    image.style.top = `${(-100 * (view.max_rad - window.high)) / (window.high - window.low)}%`;
     this.picture = element("div", { className: "picture" }, image);
     this.picture.style.aspectRatio = `${window.width} / ${window.high - window.low}`;
     this.figure = element("figure", { className: "tile" }, this.picture, this.caption);
