@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from andante.landmarks.boxes import Box
-from andante.mapping.landmark_geometry import Geometry, adjusted
+from andante.mapping.landmark_geometry import Geometry, adjusted, refined
 
 THINGS = np.array([[6.0, 1.0], [-4.0, 5.0], [1.0, -7.0]])
 TOP_M = 2.0
@@ -91,3 +91,22 @@ def test_where_the_robot_is_turned_changes_the_heading_alone(geometries):
     )
     np.testing.assert_allclose(first.pose[:2], second.pose[:2], atol=1e-4)
     assert second.pose[2] - first.pose[2] == pytest.approx(2.0, abs=1e-4)
+
+
+def test_a_known_pose_is_pulled_towards_what_boxes_say_and_no_further(geometries):
+    true = np.array([0.5, -0.8, 2.0])
+    boxes = [box_of(thing, true) for thing in THINGS]
+    off = true + np.array([0.3, 0.2, 0.02])
+    found = refined(off, np.diag([0.2**2, 0.2**2, 0.02**2]), boxes, geometries)
+    np.testing.assert_allclose(found.pose, true, atol=0.02)
+    assert (found.fit < 0.5).all()
+    assert (np.diag(found.covariance) < [0.2**2, 0.2**2, 0.02**2]).all()
+    sure = refined(off, np.diag([1e-4**2, 1e-4**2, 1e-5**2]), boxes, geometries)
+    np.testing.assert_allclose(sure.pose, off, atol=1e-3)
+
+
+def test_what_is_seen_elsewhere_moves_a_known_pose_little_and_does_not_fit(geometries):
+    pose, covariance = np.array([0.0, 0.0, 0.3]), np.diag([0.1**2, 0.1**2, 0.01**2])
+    found = refined(pose, covariance, [box_of(THINGS[0], pose, 0.6)], geometries[:1])
+    assert np.hypot(*found.pose[:2]) < 0.05
+    assert found.fit[0] > 20

@@ -193,15 +193,33 @@ def test_landmarks_of_which_nothing_can_be_held_out_are_refused(garden, drives):
     assert map_landmarks(drives, Half(garden, drives), CONFIG).names == ("lamp", "shed")
 
 
+def test_what_looks_like_nothing_mapped_is_not_believed(landmarks, detector, friday):
+    eye = eye_of(landmarks, detector, friday)
+    sights = landmarks.sights(eye.signature(friday.load(friday.infos[3])))
+    assert len(sights) > 1
+    assert all(one.familiar for one in sights)
+    strange = dataclasses.replace(sights[0], xy=sights[0].xy + 5.0, likeness=0.3)
+    found = landmarks.estimate_of([strange, *sights[1:]])
+    assert (found.x_m, found.y_m) == pytest.approx(dataclasses.astuple(landmarks.estimate_of(sights[1:]))[2:4])
+    lost = landmarks.estimate_of([strange])
+    assert lost.status is Status.LOST
+    assert lost.reason.startswith("no landmark looks as it did when it was mapped, by their likeness: ")
+    assert "(0.30)" in lost.reason
+    assert len(lost.hypotheses) > 0
+
+
 def test_what_is_held_out_has_no_say_in_where_landmarks_stand(drives, detector, monkeypatch):
     """Trials go by the places that they learnt themselves."""
     known = []
     monkeypatch.setattr(
-        landmark_lesson, "fused", lambda sights, *rest: known.append(sights[0].model.geometry) or fused(sights, *rest)
+        landmark_lesson,
+        "fused",
+        lambda sights, *rest: known.extend(one.model for one in sights) or fused(sights, *rest),
     )
     (lamp, *_) = map_landmarks(drives, detector, CONFIG).models
-    assert len({(one.x_m, one.y_m) for one in known}) == 2
-    assert lamp.geometry not in known
+    places = {(one.geometry.x_m, one.geometry.y_m) for one in known if one.name == lamp.name}
+    assert len(places) == 2
+    assert (lamp.geometry.x_m, lamp.geometry.y_m) not in places
 
 
 def test_errors_are_compared_along_the_axes_of_the_map():

@@ -1,106 +1,98 @@
 """The whole image and the landmarks in it, each with an estimate of its own: what is made of both.
 
-The whole image sees everything, moved things and another season too; landmarks are few, and known. Both come from the
-same picture, so they are not taken to be independent: their errors are correlated, one that is twice as unsure as the
-other adds nothing, and what both agree on is no more certain than the surer one alone.
+The whole image sees everything, moved things and another season too; it says where the robot is. Landmarks at known
+places, seen where that pose expects them, refine it: directions do not change with the light, as the looks of a
+landmark do. Where the whole image does not know the place, what landmarks look like says it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from andante.angles import wrapped
 from andante.data import Estimate, FloatArray, Hypothesis, Status
+from andante.mapping.landmark_geometry import Refined, refined
+from andante.mapping.landmark_sights import Sight
 from andante.mapping.uncertainty import RADIUS_OF_90_PERCENT
 
-_CORRELATION = 0.5
-"""Of the errors of both, as wide a guess as there is: none and all would be equally wrong."""
+_FITS = 3.0
+"""Deviations from which on a landmark is not where the pose expects it."""
 _FAR_APART = 9.21
 """Squared distance in deviations that 99 % of honest pairs do not reach (chi square of two degrees of freedom)."""
 
 
-def joined(whole: Estimate, landmarks: Estimate) -> Estimate:
-    """One estimate from the two; whichever has no pose changes nothing but the reason.
+def joined(whole: Estimate, landmarks: Estimate, sights: Sequence[Sight]) -> Estimate:
+    """One estimate from that of the whole image, that of the ``landmarks``, and what is seen of these.
 
     An image that looks like no mapped place stays off the map, whatever a detector sees in it, unless the landmarks are
-    sure of the pose. Where the two disagree, the surer one counts, degraded, and the other stays a hypothesis.
+    sure of the pose. Where no landmark is where the whole image expects it, the pose is degraded, and the landmarks
+    have the word only if the whole image was not sure.
     """
+    if not whole.status.has_pose:
+        return _without_whole(whole, landmarks)
+    placed = [(one.box, one.model.geometry) for one in sights if one.model.geometry is not None]
+    both = replace(whole, hypotheses=_shared(whole.hypotheses, landmarks.hypotheses))
+    if not placed:
+        return replace(both, reason=f"{whole.reason}; {landmarks.reason}")
+    pose, covariance = _pose(whole)
+    found = refined(pose, covariance, *zip(*placed, strict=True))
+    if (found.fit <= _FITS).any():
+        return _refined(whole, landmarks, found)
+    if whole.status is not Status.OK and landmarks.status is Status.OK:
+        reason = f"no landmark is where the whole image expects it, which is not sure: {landmarks.reason}"
+        hypotheses = _shared(landmarks.hypotheses, whole.hypotheses)
+        return replace(landmarks, status=Status.DEGRADED, reason=reason, likeness=whole.likeness, hypotheses=hypotheses)
+    reason = f"{whole.reason}; no landmark is where that expects it"
+    return replace(both, status=Status.DEGRADED, reason=reason)
+
+
+def _without_whole(whole: Estimate, landmarks: Estimate) -> Estimate:
+    """Landmarks alone, if they may."""
     if not landmarks.status.has_pose:
         return replace(whole, reason=f"{whole.reason}; {landmarks.reason}")
-    if not whole.status.has_pose:
-        if whole.status is Status.OFF_MAP and landmarks.status is not Status.OK:
-            return replace(whole, reason=f"{whole.reason}; landmarks say something else, but are not sure")
-        reason = f"{landmarks.reason}; the whole image: {whole.reason}"
-        return replace(landmarks, likeness=whole.likeness, reason=reason)
-    (xy, covariance), (other, spread) = _position(whole), _position(landmarks)
-    apart = other - xy
-    distance = float(apart @ np.linalg.solve(covariance + spread, apart))
-    surer, less = (whole, landmarks) if np.trace(covariance) <= np.trace(spread) else (landmarks, whole)
-    if distance > _FAR_APART:
-        reason = f"the whole image and the landmarks disagree by {np.linalg.norm(apart):.2g} m: {surer.reason}"
-        return replace(
-            surer,
-            status=Status.DEGRADED,
-            reason=reason,
-            likeness=whole.likeness,
-            hypotheses=_shared(surer.hypotheses, less.hypotheses),
-        )
-    share = _share_of_less(covariance, spread) if surer is whole else 1.0 - _share_of_less(spread, covariance)
-    mean, fused = xy + share * apart, _position(surer)[1]
-    heading, variance = _heading(whole, landmarks)
-    both = np.full((3, 3), np.nan)
-    both[:2, :2] = fused
-    if heading is not None:
-        both[2] = both[:, 2] = 0.0
-        both[2, 2] = variance
-    x, y = mean.tolist()
+    if whole.status is Status.OFF_MAP and landmarks.status is not Status.OK:
+        return replace(whole, reason=f"{whole.reason}; landmarks say something else, but are not sure")
+    return replace(landmarks, likeness=whole.likeness, reason=f"{landmarks.reason}; the whole image: {whole.reason}")
+
+
+def _refined(whole: Estimate, landmarks: Estimate, found: Refined) -> Estimate:
+    """The pose of the whole image, moved to where landmarks are seen where they should be."""
+    x, y, heading = found.pose.tolist()
+    position = Hypothesis(x, y, 1.0, heading)
+    agreed = whole.status is Status.OK or (landmarks.status is Status.OK and _agree(whole, landmarks))
     return Estimate(
-        Status.OK if Status.OK in (whole.status, landmarks.status) else Status.DEGRADED,
+        Status.OK if agreed else Status.DEGRADED,
         f"{whole.reason}; {landmarks.reason}",
         x,
         y,
         heading,
-        both,
-        float(RADIUS_OF_90_PERCENT * np.sqrt(np.trace(fused) / 2)),
+        found.covariance,
+        float(RADIUS_OF_90_PERCENT * np.sqrt(np.trace(found.covariance[:2, :2]) / 2)),
         likeness=whole.likeness,
-        hypotheses=_shared((Hypothesis(x, y, 1.0, heading),), _shared(whole.hypotheses, landmarks.hypotheses)),
+        hypotheses=_shared((position,), _shared(whole.hypotheses, landmarks.hypotheses)),
     )
 
 
-def _share_of_less(surer: FloatArray, less: FloatArray) -> float:
-    """Weight of the less sure of two with these covariances (2, 2): that of least variance for correlated errors.
-
-    It is not below zero; from 1 / correlation times the deviation of the surer one on, it brings nothing.
-    """
-    ratio = float(np.sqrt(np.trace(less) / np.trace(surer)))
-    return max(0.0, (1.0 - _CORRELATION * ratio) / (1.0 + ratio**2 - 2.0 * _CORRELATION * ratio))
+def _agree(whole: Estimate, landmarks: Estimate) -> bool:
+    """Whether two estimates with poses may be of one place."""
+    (pose, covariance), (other, spread) = _pose(whole), _pose(landmarks)
+    apart = (other - pose)[:2]
+    return float(apart @ np.linalg.solve((covariance + spread)[:2, :2], apart)) <= _FAR_APART
 
 
-def _position(estimate: Estimate) -> tuple[FloatArray, FloatArray]:
-    """Mean (2,) and covariance (2, 2) of an estimate with a pose."""
-    covariance = estimate.covariance
-    assert covariance is not None
-    return np.array([estimate.x_m, estimate.y_m], np.float64), np.asarray(covariance[:2, :2], np.float64)
-
-
-def _heading(whole: Estimate, landmarks: Estimate) -> tuple[float | None, float]:
-    """The mean of both headings, weighted as positions are, and the variance of the surer one."""
-    known = [
-        (float(one.covariance[2, 2]), one.heading_rad)
-        for one in (whole, landmarks)
-        if one.heading_rad is not None and one.covariance is not None and np.isfinite(one.covariance[2, 2])
-    ]
-    if not known:
-        return None, np.nan
-    (variance, surer), (other, less) = min(known), max(known)
-    share = _share_of_less(np.array([[variance]]), np.array([[other]]))
-    return wrapped(surer + share * wrapped(less - surer)), variance
+def _pose(estimate: Estimate) -> tuple[FloatArray, FloatArray]:
+    """Mean (3,) and covariance (3, 3) of an estimate with a pose, NaN for an unknown heading."""
+    assert estimate.covariance is not None
+    heading = np.nan if estimate.heading_rad is None else estimate.heading_rad
+    return np.array([estimate.x_m, estimate.y_m, heading], np.float64), np.array(estimate.covariance, np.float64)
 
 
 def _shared(first: tuple[Hypothesis, ...], second: tuple[Hypothesis, ...]) -> tuple[Hypothesis, ...]:
     """Both, the best of the first in front; their weights sum to one."""
+    if not first or not second:
+        return first or second
     halved = [replace(one, weight=one.weight / 2) for one in (*first[1:], *second)]
     head = tuple(replace(one, weight=one.weight / 2) for one in first[:1])
     return (*head, *sorted(halved, key=lambda one: -one.weight))

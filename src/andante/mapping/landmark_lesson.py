@@ -16,7 +16,7 @@ from andante.landmarks.views import ViewCutter, ViewWindow
 from andante.mapping.landmark_config import LandmarkConfig
 from andante.mapping.landmark_fusion import correlation_of
 from andante.mapping.landmark_model import LEAST_VIEWS, LandmarkModel, Views, learn_landmark
-from andante.mapping.landmark_sights import Fused, Sight, fused
+from andante.mapping.landmark_sights import Fused, Sight, fused, sights_in
 from andante.mapping.learning import Ground, typical_radius
 from andante.mapping.uncertainty import conformal_factor
 from andante.protocols import Recording
@@ -126,7 +126,10 @@ def learn_album(album: Album, config: LandmarkConfig) -> Learnt:
             held[frame][column] = sight
     sessions = len(np.unique(album.session)) > 1
     models = _calibrated(models, held, album, 1.0 if sessions else _ANOTHER_DRIVE)
-    scaled = [[_rescaled(sight, models[column]) for column, sight in enumerate(row) if sight] for row in held]
+    scaled = [
+        [_rescaled(sight, models[column]) for column, sight in enumerate(row) if sight and sight.familiar]
+        for row in held
+    ]
     correlation = correlation_of(_white(held, models, album))
     answers = [fused(row, config.fusion, correlation) if row else None for row in scaled]
     calibration, expected = _promised(answers, album, config, correlation, sessions)
@@ -142,10 +145,8 @@ def sights_of(models: Sequence[LandmarkModel], album: Album, frames: NDArray[np.
             continue
         located = model.locate(part.pictures)
         found += [
-            (int(frame), column, Sight(model, box, xy, covariance, float(agreement)))
-            for frame, box, xy, covariance, agreement in zip(
-                part.frame, part.boxes, located.xy, located.covariance, located.agreement, strict=True
-            )
+            (int(frame), column, sight)
+            for frame, sight in zip(part.frame, sights_in(model, part.boxes, located), strict=True)
         ]
     return found
 

@@ -14,9 +14,12 @@ from andante.landmarks.boxes import Box
 from andante.mapping.landmark_fusion import by_covariance, by_inverse_error, inflation
 from andante.mapping.landmark_geometry import Geometry, adjusted
 from andante.mapping.landmark_model import LandmarkModel
+from andante.mapping.located import Located
 from andante.mapping.uncertainty import RADIUS_OF_90_PERCENT
 
 Fusion = Literal["covariance", "inverse-error"]
+_FAMILIAR = 0.6
+"""Likeness below which views of the development gardens led anywhere: a thing before the landmark, a wrong box."""
 _MEDIAN_SHARE = 1.1774  # of the radius of a round Gaussian, in deviations along an axis: half of it is inside
 
 
@@ -24,7 +27,8 @@ _MEDIAN_SHARE = 1.1774  # of the radius of a round Gaussian, in deviations along
 class Sight:
     """One landmark in one image: its box, and where it says that the robot is.
 
-    ``xy`` (2,) has ``covariance`` (2, 2); ``agreement`` is the share of the evidence of its slow features behind it.
+    ``xy`` (2,) has ``covariance`` (2, 2); ``agreement`` is the share of the evidence of its slow features behind it,
+    ``likeness`` from 0 to 1 how much the view is like a mapped one.
     """
 
     model: LandmarkModel
@@ -32,11 +36,28 @@ class Sight:
     xy: FloatArray
     covariance: FloatArray
     agreement: float
+    likeness: float = 1.0
+
+    @property
+    def familiar(self) -> bool:
+        """Whether the view is like one that was mapped; if not, its position is worth nothing, its box maybe."""
+        return self.likeness >= _FAMILIAR
 
     @property
     def radius_m(self) -> float:
         """Of a circle that holds 90 % of such a Gaussian, were it round."""
         return float(RADIUS_OF_90_PERCENT * np.sqrt(np.trace(self.covariance) / 2))
+
+
+def sights_in(model: LandmarkModel, boxes: Sequence[Box], located: Located) -> list[Sight]:
+    """One landmark in n images, where its views were ``located`` (n)."""
+    columns = (located.xy, located.covariance, located.agreement.tolist(), located.likeness.tolist())
+    return [Sight(model, box, *row) for box, *row in zip(boxes, *columns, strict=True)]
+
+
+def trusted(sights: Sequence[Sight]) -> list[Sight]:
+    """Those whose views are like mapped ones, or all where none is: then the best that can be guessed."""
+    return [one for one in sights if one.familiar] or list(sights)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -18,7 +18,7 @@ from andante.landmarks.views import ViewCutter
 from andante.mapping.landmark_config import LandmarkConfig
 from andante.mapping.landmark_lesson import Album, LandmarkCalibration, best_by_name, learn_album
 from andante.mapping.landmark_model import LandmarkModel
-from andante.mapping.landmark_sights import Fused, Sight, fused
+from andante.mapping.landmark_sights import Fused, Sight, fused, sights_in, trusted
 from andante.mapping.uncertainty import covariance_of
 from andante.mapping.weak_places import WeakPlace, weak_places
 from andante.sfa.arrays import require_names
@@ -106,7 +106,7 @@ class LandmarkMap:
             if np.isfinite(values).all():
                 located = model.located(values[None, _BOX:])
                 box = Box(*values[:_BOX].tolist())
-                found.append(Sight(model, box, located.xy[0], located.covariance[0], float(located.agreement[0])))
+                found += sights_in(model, [box], located)
         return found
 
     def estimate(self, signature: NDArray[np.float32]) -> Estimate:
@@ -114,15 +114,21 @@ class LandmarkMap:
         return self.estimate_of(self.sights(signature))
 
     def estimate_of(self, sights: Sequence[Sight]) -> Estimate:
-        """The same from what is seen already."""
+        """The same from what is seen already; views that are like no mapped one are left out, or the robot is lost."""
         if not sights:
             return Estimate(
                 Status.LOST, f"none of the {len(self.models)} landmarks of this map is seen: {', '.join(self.names)}"
             )
+        sights = trusted(sights)
         answer = fused(sights, self.config.fusion, self.calibration.correlation)
         radius = self.calibration.radius_factor * answer.sigma_m
         if not np.isfinite([*answer.pose[:2], radius]).all():
             return Estimate(Status.LOST, "the landmarks lead to numbers that are not finite; is the map damaged?")
+        hypotheses = _hypotheses(answer, sights, None if np.isnan(answer.pose[2]) else float(answer.pose[2]))
+        if not sights[0].familiar:
+            strange = ", ".join(f"{one.model.name} ({one.likeness:.2f})" for one in sights)
+            reason = f"no landmark looks as it did when it was mapped, by their likeness: {strange}"
+            return Estimate(Status.LOST, reason, hypotheses=hypotheses)
         factor = self.calibration.heading_factor
         off = np.nan if factor is None else factor * answer.sigma_rad
         x, y, heading = answer.pose.tolist()
@@ -135,7 +141,7 @@ class LandmarkMap:
             heading if np.isfinite(off) else None,
             covariance_of(answer.covariance[:2, :2], radius, off),
             radius,
-            hypotheses=_hypotheses(answer, sights, heading if np.isfinite(heading) else None),
+            hypotheses=hypotheses,
         )
 
     def weak_places(self, radius_m: float | None = None, cell_m: float = 2.0) -> list[WeakPlace]:

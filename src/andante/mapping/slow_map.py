@@ -125,7 +125,8 @@ class SlowMap:
         whole = self._by_whole_image(encoded, slow)
         if self.landmarks is None or encoded.landmarks is None:
             return whole
-        return joined(whole, self.landmarks.estimate(encoded.landmarks[0]))
+        sights = self.landmarks.sights(encoded.landmarks[0])
+        return joined(whole, self.landmarks.estimate_of(sights), sights)
 
     def _by_whole_image(self, encoded: Encoded, slow: FloatArray | None) -> Estimate:
         """What slow features and phases of the panorama say, landmarks or not."""

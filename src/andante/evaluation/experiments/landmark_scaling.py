@@ -14,7 +14,7 @@ from andante.evaluation.experiments.outcome import Plot, Table
 from andante.evaluation.experiments.trials import Bench
 from andante.landmarks.boxes import Detection
 from andante.landmarks.views import ViewCutter
-from andante.mapping.landmark_sights import fused
+from andante.mapping.landmark_sights import fused, trusted
 from andante.mapping.landmarks import LandmarkMap
 from andante.sfa import one_thread
 
@@ -48,7 +48,7 @@ def _median(tried: Trialled, names: set[str]) -> float:
     """Median error where only some landmarks count, over the frames that show one of them."""
     landmarks, errors = tried.landmarks, list[float]()
     for sights, truth in zip(tried.sights, tried.truth, strict=True):
-        some = [one for one in sights if one.model.name in names]
+        some = trusted([one for one in sights if one.model.name in names])
         if some:
             pose = fused(some, landmarks.config.fusion, landmarks.calibration.correlation).pose
             errors.append(float(np.linalg.norm(pose[:2] - truth[:2])))

@@ -15,7 +15,7 @@ from andante.landmarks.boxes import Box, Detection
 from andante.landmarks.views import ViewCutter
 from andante.mapping.landmark_config import LandmarkConfig
 from andante.mapping.landmark_lesson import Album, collect
-from andante.mapping.landmark_sights import Sight
+from andante.mapping.landmark_sights import Sight, sights_in
 from andante.mapping.landmarks import LandmarkMap
 from andante.sfa import one_thread
 
@@ -131,8 +131,7 @@ def tried_on(landmarks: LandmarkMap, album: Album) -> Trialled:
             if views is None:
                 continue
             located = model.locate(views.pictures)
-            for k, frame in enumerate(views.frame.tolist()):
-                agreement = float(located.agreement[k])
-                rows[frame].append(Sight(model, views.boxes[k], located.xy[k], located.covariance[k], agreement))
+            for frame, sight in zip(views.frame.tolist(), sights_in(model, views.boxes, located), strict=True):
+                rows[frame].append(sight)
     estimates = tuple(landmarks.estimate_of(row) for row in rows)
     return Trialled(landmarks, album.poses, tuple(map(tuple, rows)), estimates)

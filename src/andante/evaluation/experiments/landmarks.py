@@ -66,7 +66,7 @@ _DETECTORS = {
 _NOTES = (
     "the thesis' single landmarks are others in other gardens: they stand beside ours for the order of magnitude",
     "whole images are judged on the frames in which at least one landmark is seen, as in the thesis",
-    "both: whole image and landmarks joined by calibrated covariance",
+    "both: the pose of the whole image, refined by where landmarks are seen",
 )
 
 
@@ -214,7 +214,7 @@ def _compared(place: _Place, case: Case) -> tuple[list[Table], dict[str, Any]]:
         rows.append(_estimates_row("combined, boxes of the simulator", other, other.estimates, None))
     whole = _whole_image(bench, place.slowmap, session)
     bench.progress(f"landmarks {session}", 2, 4)
-    both = [joined(one, other) for one, other in zip(whole, tried.estimates, strict=True)]
+    both = [joined(*parts) for parts in zip(whole, tried.estimates, tried.sights, strict=True)]
     (fourier,) = bench.run([Trial(THESIS, (Drive(TRAIN),), Drive(session))])
     rows.append(_row("whole image, thesis' choices", tried.truth, shown, fourier.xy[shown], thesis=case.fourier))
     bench.progress(f"landmarks {session}", 3, 4)
