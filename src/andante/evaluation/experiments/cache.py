@@ -113,6 +113,12 @@ def code_hash(*, tracking: bool = False, comparing: bool = False) -> str:
         roots += [package / name for name in _DECISIVE_OF_TRACKS]
     if comparing:
         roots += [package / name for name in ("localization", "evaluation/figures.py", *_DECISIVE_OF_COMPARISONS)]
+    return source_hash(*roots)
+
+
+def source_hash(*roots: Path) -> str:
+    """16 hex digits that change with the source files of the package at or below these places."""
+    package = Path(andante.__file__).parent
     sources = sorted(path for root in roots for path in ([root] if root.is_file() else root.rglob("*.py")))
     digest = hashlib.sha256()
     for path in sources:

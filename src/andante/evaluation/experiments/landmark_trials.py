@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, astuple, dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from andante import landmarks
 from andante.data import Estimate, FloatArray, Frame
-from andante.evaluation.experiments.cache import code_hash
+from andante.evaluation.experiments.cache import source_hash
 from andante.evaluation.experiments.landmark_world import TRAIN, seen
 from andante.evaluation.experiments.plans import Scale
 from andante.evaluation.experiments.trials import Bench
@@ -67,7 +69,7 @@ def _learnt_boxes(bench: Bench, names: Sequence[str], seed: int) -> Boxes:
         "learnt_boxes": list(names),
         "sessions": {one.name: bench.plan.fingerprint(one.name) for one in bench.plan.sessions},
         "config": asdict(config),
-        "code": code_hash(tracking=True),
+        "code": source_hash(Path(landmarks.__file__).parent, Path(__file__)),
     }
     stored = bench.store.load(key)
     if stored is None:
