@@ -107,7 +107,7 @@ def test_learning(learnt, drives):
     assert (tower["name"], tower["labels"]) == ("tower", 120)
     assert tower["found"] > 0.5
     assert tower["false_positives"] < 0.2
-    assert 0.5 <= tower["threshold"] <= 1.0
+    assert 0.25 <= tower["threshold"] <= 1.0
     assert values["bytes"] == path.stat().st_size
     assert values["steps"] == 100
     assert values["recordings"] == [str(drives.monday), str(drives.tuesday)]

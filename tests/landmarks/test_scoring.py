@@ -23,7 +23,7 @@ def test_few_wrong_places_reach_the_threshold():
     for share in (0.1, 0.01):
         score = fitted(heat, right, share)
         assert (score.of(heat[~right]) > score.threshold).mean() <= share
-    assert fitted(heat, right, 1.0).threshold == 0.5
+    assert fitted(heat, right, 1.0).threshold == 0.25
 
 
 def test_what_is_told_apart_completely_has_a_finite_score():

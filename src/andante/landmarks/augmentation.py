@@ -30,6 +30,7 @@ _PRESENT, _GONE = 0.6, 0.85
 _LIKELY_COVERED = 0.3
 _OTHER_THINGS = 3
 _CLOUDS = 5, 16
+_LOCAL_GAMMA = 1.2
 _GREY = 0.5
 _BGR_TO_GREY = 0.114, 0.587, 0.299
 _ALIKE = 0.12
@@ -118,8 +119,10 @@ def _recoloured(pictures: Tensor, rng: torch.Generator) -> Tensor:
 def _relit(pictures: Tensor, rng: torch.Generator) -> Tensor:
     """Gamma here and there, clouds, light from another side, more or less of it, more or less contrast."""
     count, _, height, width = pictures.shape
-    gamma = 0.35 * torch.randn((count, 1, 1, 1), generator=rng) + 0.35 * _smooth(count, height, width, rng)
-    pictures = pictures.clamp(min=1e-3) ** gamma.clamp(-1.0, 1.0).exp()
+    # Up to what the sun makes of a wall when it is behind it.
+    here_and_there = _uniform(rng, (count, 1, 1, 1), 0.0, _LOCAL_GAMMA) * _smooth(count, height, width, rng)
+    gamma = 0.35 * torch.randn((count, 1, 1, 1), generator=rng) + here_and_there
+    pictures = pictures.clamp(min=1e-3) ** gamma.clamp(-1.4, 1.4).exp()
     pictures = pictures + 0.15 * _uniform(rng, (count, 1, 1, 1)) * _smooth(count, height, width, rng) * pictures
     azimuth = 2.0 * np.pi * torch.arange(width)[None, None, None, :] / width
     slope = _uniform(rng, (count, 1, 1, 1), 0.0, 0.4) * torch.cos(azimuth - _uniform(rng, (count, 1, 1, 1), 0.0, 6.3))

@@ -16,7 +16,7 @@ from scipy.special import expit
 from andante.data import FloatArray
 from andante.errors import LearningError
 
-_LEAST_THRESHOLD = 0.5
+_LEAST_THRESHOLD = 0.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,8 +35,10 @@ class Score:
 def fitted(heat: FloatArray, right: NDArray[np.bool_], false_positives: float) -> Score:
     """The score of held-out places with ``heat`` (n,) that were ``right`` (n,) or not.
 
-    At most the share ``false_positives`` of the wrong ones reaches the threshold, which is never below 0.5. Raises
-    ``LearningError`` where right places are no hotter than wrong ones, so that no threshold tells them apart.
+    At most the share ``false_positives`` of the wrong ones reaches the threshold, which is never below 0.25: right
+    places of another season score lower than those of any held-out picture, and a map looks at a view before it
+    believes it. Raises ``LearningError`` where right places are no hotter than wrong ones, so that no threshold tells
+    them apart.
     """
     hits, misses = int(right.sum()), int((~right).sum())
     if not hits or not misses or heat[right].mean() <= heat[~right].mean():

@@ -46,7 +46,7 @@ class TrainingConfig:
     max_seconds: float = 300.0
     least_labels: int = 20
     most_labels: int = 500
-    false_positives: float = 0.02
+    false_positives: float = 0.1
     threads: int = 1
     seed: int = 0
 
