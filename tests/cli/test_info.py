@@ -76,3 +76,13 @@ def test_expected_errors(garden, andante, tmp_path, fails):
     fails(andante("info", tmp_path), "recording.toml is missing")
     (tmp_path / "text").write_text(json.dumps({"no": "map"}))
     fails(andante("info", tmp_path / "text"), "no map")
+
+
+def test_pictures_are_of_maps_with_landmarks(garden, andante, fails, tmp_path):
+    picture = tmp_path / "a.png"
+    fails(
+        andante("info", garden.monday, "--picture", picture), "is a recording; --picture draws the landmarks of a map"
+    )
+    message = "has no landmarks to draw; teach some with: andante teach"
+    fails(andante("info", garden.map, "--picture", picture), message)
+    assert not picture.exists()

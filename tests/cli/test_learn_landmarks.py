@@ -219,12 +219,17 @@ def test_localizing_without_onnxruntime(mapped, drives, andante, fails, monkeypa
     assert andante("info", mapped[0]).exit_code == 0
 
 
-def test_what_is_known_of_landmarks(mapped, andante):
+def test_what_is_known_of_landmarks(mapped, andante, tmp_path):
     values = andante("info", mapped[0], "--json").json
     (tower,) = values["landmarks"]
     assert np.hypot(tower["x_m"], tower["y_m"]) < 0.3
     assert 0 < tower["error_m"] < 1
     assert all(set(one) == {"x_m", "y_m", "radius_m", "frames"} for one in values["weak_places"])
+    picture = tmp_path / "landmarks.png"
+    answer = andante("info", mapped[0], "--picture", picture)
+    assert answer.exit_code == 0
+    assert "landmarks.png shows where the landmarks stand" in answer.stderr
+    assert picture.read_bytes().startswith(b"\x89PNG")
     told = andante("info", mapped[0]).stdout
     for words in ("Landmarks", "expected error [m]", "tower"):
         assert words in told

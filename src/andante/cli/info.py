@@ -3,24 +3,41 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from andante.cli.options import AsJson
 from andante.cli.output import examples, hint, print_facts, print_json, print_table
 from andante.cli.trials import print_trials
+from andante.errors import InputError
 
-EPILOG = examples("andante info garden.andante", "andante info garden/monday --json")
+if TYPE_CHECKING:
+    from andante.mapping import SlowMap
+
+EPILOG = examples(
+    "andante info garden.andante",
+    "andante info garden/monday --json",
+    "andante info taught.andante --picture landmarks.png",
+)
 
 
 def command(
     path: Annotated[
         Path, typer.Argument(metavar="MAP|REC", show_default=False, help="A map file or the folder of a recording.")
     ],
+    picture: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.png",
+            help="Draw where the landmarks of a map stand, and where to teach another one. Default: none.",
+        ),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Show what is in a map or a recording, and what may be wrong with it."""
+    if picture is not None and path.is_dir():
+        raise InputError(f"{path} is a recording; --picture draws the landmarks of a map")
     if path.is_dir():
         from andante.cli.describe import describe_recording
         from andante.recordings import open_recording
@@ -33,10 +50,23 @@ def command(
         slowmap = SlowMap.load(path)
         described = {"kind": "map", "map": str(path), "bytes": path.stat().st_size, **slowmap.describe()}
         show = _print_map
+        if picture is not None:
+            _draw(slowmap, path, picture)
     if as_json:
         print_json(described)
     else:
         show(described)
+
+
+def _draw(slowmap: SlowMap, path: Path, picture: Path) -> None:
+    """Where landmarks stand, as a picture."""
+    if slowmap.landmarks is None:
+        raise InputError(f"map {path} has no landmarks to draw; teach some with: andante teach")
+    from andante.evaluation.files import write_bytes
+    from andante.evaluation.landmark_map import landmark_png
+
+    write_bytes(picture, landmark_png(slowmap.landmarks))
+    hint(f"{picture} shows where the landmarks stand")
 
 
 def _print_map(described: dict[str, Any]) -> None:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import csv
 import io
 import math
-import os
-import tempfile
 from pathlib import Path
 
 from andante.errors import InputError
 from andante.evaluation.running import Run
+from andante.files import replace_file
 
 _TUM_HEADER = (
     "# timestamp x y z qx qy qz qw\n"
@@ -57,20 +56,8 @@ def write_text(path: str | Path, text: str) -> None:
 
 
 def write_bytes(path: str | Path, data: bytes) -> None:
-    """Write beside the place and rename, so that a reader never sees half a file; raises ``InputError``."""
-    path = Path(path)
+    """Write whole or not at all; raises ``InputError``."""
     try:
-        descriptor, part = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        try:
-            with os.fdopen(descriptor, "wb") as file:
-                file.write(data)
-            # The mode that a plainly written file would have got; temporary files are private.
-            umask = os.umask(0)
-            os.umask(umask)
-            Path(part).chmod(0o666 & ~umask)
-            Path(part).replace(path)
-        except BaseException:
-            Path(part).unlink(missing_ok=True)
-            raise
+        replace_file(Path(path), data)
     except OSError as error:
         raise InputError(f"{path} cannot be written: {error.strerror}; choose another place") from None
