@@ -7,9 +7,9 @@ import pytest
 
 from andante.data import CameraSpec
 from andante.errors import ConfigError, ImageError, InputError, LearningError
-from andante.landmarks.boxes import Box
-from andante.landmarks.search import AnchorSearch
-from andante.landmarks.tracks import Chosen
+from andante.landmarks.boxes import Box, Detection
+from andante.landmarks.search import AnchorSearch, _still
+from andante.landmarks.tracks import Chosen, one_anchor
 from andante.landmarks.yolox import Found
 from andante.recordings import MemoryRecording
 
@@ -97,6 +97,21 @@ def test_two_anchors_are_an_error_until_one_is_chosen(scene, boxes):
         search.find(recording, "suitcase")
     track = search.find(recording, "suitcase", chosen=Chosen(3, -0.4))
     assert all(abs(one.box.azimuth_rad + 0.5) < 0.05 for one in track.values())
+
+
+def test_what_is_chosen_is_not_exchanged_for_what_most_frames_show():
+    # Of the chosen one there are too few frames to say where it stands; then another one is in view for long.
+    poses = np.column_stack([0.3 * np.arange(80), np.zeros(80), np.zeros(80)])
+    things = {range(4): (3.0, 6.0), range(25, 80): (20.0, -6.0)}
+    detections = {
+        frame: [Detection(Box(float(np.arctan2(y, x - poses[frame, 0])), 0.05, 0.2, 0.2), "bicycle", 0.8)]
+        for frames, (x, y) in things.items()
+        for frame in frames
+    }
+    first, other = (Chosen(frame, detections[frame][0].box.azimuth_rad) for frame in (1, 40))
+    with pytest.raises(InputError, match=r"what was chosen in frame 1 stands elsewhere than what most of 59 frames"):
+        _still(one_anchor(detections, np.zeros(80), first, poses), poses, first)
+    assert set(_still(one_anchor(detections, np.zeros(80), other, poses), poses, other)) == set(range(25, 80))
 
 
 def test_every_frame_is_looked_at_once_for_all_anchors(scene, boxes):

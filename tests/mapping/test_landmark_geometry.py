@@ -99,7 +99,7 @@ def test_a_known_pose_is_pulled_towards_what_boxes_say_and_no_further(geometries
     off = true + np.array([0.3, 0.2, 0.02])
     found = refined(off, np.diag([0.2**2, 0.2**2, 0.02**2]), boxes, geometries)
     np.testing.assert_allclose(found.pose, true, atol=0.02)
-    assert (found.fit < 0.5).all()
+    assert (found.fit < 2.0).all()
     assert (np.diag(found.covariance) < [0.2**2, 0.2**2, 0.02**2]).all()
     sure = refined(off, np.diag([1e-4**2, 1e-4**2, 1e-5**2]), boxes, geometries)
     np.testing.assert_allclose(sure.pose, off, atol=1e-3)
@@ -109,4 +109,28 @@ def test_what_is_seen_elsewhere_moves_a_known_pose_little_and_does_not_fit(geome
     pose, covariance = np.array([0.0, 0.0, 0.3]), np.diag([0.1**2, 0.1**2, 0.01**2])
     found = refined(pose, covariance, [box_of(THINGS[0], pose, 0.6)], geometries[:1])
     assert np.hypot(*found.pose[:2]) < 0.05
-    assert found.fit[0] > 20
+    assert found.fit[0] > 15
+
+
+def test_what_pulls_the_pose_to_itself_does_not_fit_for_that():
+    # Sharply seen, and far from where a pose that is not as sure expects it: the pose follows, at no cost to the box.
+    pose, covariance = np.array([0.0, 0.0, 0.3]), np.diag([0.1**2, 0.1**2, np.radians(0.5) ** 2])
+    sharp = Geometry(*THINGS[0].tolist(), np.radians(0.3), np.log(TOP_M), 0.05)
+    found = refined(pose, covariance, [box_of(THINGS[0], pose, np.radians(5.0))], [sharp])
+    assert np.hypot(*found.pose[:2]) > 0.2
+    assert 3.0 < found.fit[0] < 5.0
+
+
+def test_slopes_are_those_of_what_is_expected(geometries):
+    pose = np.array([0.5, -0.8, 2.0])
+    sigma = [2 * one.bearing_rad for one in geometries]
+    boxes = [box_of(thing, pose) for thing in THINGS]
+    for axis, step in enumerate(np.eye(3) * 1e-4):
+        spread = np.zeros((3, 3))
+        spread[axis, axis] = 1.0
+        prior = spread + np.eye(3) * 1e-12
+        off = [
+            box.azimuth_rad - box_of(thing, pose + step).azimuth_rad for box, thing in zip(boxes, THINGS, strict=True)
+        ]
+        expected = np.abs(off) / np.hypot(sigma, np.array(off) / 1e-4)
+        np.testing.assert_allclose(refined(pose + step, prior, boxes, geometries).fit, expected, rtol=1e-2, atol=1e-9)

@@ -1,5 +1,6 @@
 """The whole image and its landmarks: seen where they are expected, elsewhere, and one of the two silent."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -68,6 +69,15 @@ def test_where_none_is_at_its_place_the_whole_image_counts_degraded():
     assert (both.x_m, both.status, both.radius_m) == (0.0, Status.DEGRADED, estimate(0.0, 0.1).radius_m)
     assert both.reason == "at 0; no landmark is where that expects it"
     assert any(one.x_m == 9.0 for one in both.hypotheses)
+
+
+def test_what_looks_like_nothing_mapped_casts_no_doubt_from_elsewhere():
+    strange = replace(sight_of(NORTH, off=0.5), likeness=0.2)
+    both = joined(estimate(0.0, 0.1), LOST, [strange])
+    assert (both.x_m, both.status, both.reason) == (0.0, Status.OK, "at 0; nothing seen")
+    assert joined(estimate(0.0, 0.1), LOST, [strange, sight_of(EAST, off=0.5)]).status is Status.DEGRADED
+    # Where it is expected, its direction counts.
+    assert joined(estimate(0.4, 0.4), LOST, [replace(sight_of(NORTH), likeness=0.2)]).x_m < 0.1
 
 
 def test_unless_it_was_not_sure_and_the_landmarks_are():

@@ -193,6 +193,12 @@ def test_landmarks_of_which_nothing_can_be_held_out_are_refused(garden, drives):
     assert map_landmarks(drives, Half(garden, drives), CONFIG).names == ("lamp", "shed")
 
 
+def test_landmarks_that_no_trial_recognises_are_refused(drives, detector, monkeypatch):
+    monkeypatch.setattr("andante.mapping.landmark_sights._FAMILIAR", 1.1)
+    with pytest.raises(LearningError, match=r"no landmark looks the same in frames that were held out"):
+        map_landmarks(drives, detector, CONFIG)
+
+
 def test_what_looks_like_nothing_mapped_is_not_believed(landmarks, detector, friday):
     eye = eye_of(landmarks, detector, friday)
     sights = landmarks.sights(eye.signature(friday.load(friday.infos[3])))

@@ -10,7 +10,7 @@ import numpy as np
 
 from andante.camera import PanoramaGeometry
 from andante.data import FloatArray, ImageArray, Trajectory
-from andante.errors import ConfigError, ImageError, LearningError
+from andante.errors import ConfigError, ImageError, InputError, LearningError
 from andante.landmarks.anchors import PictureDetector, Sighting, anchors_among, look_around, near_and_far
 from andante.landmarks.boxes import Detection
 from andante.landmarks.coco_names import COCO_NAMES
@@ -74,7 +74,8 @@ class AnchorSearch:
         remain.
 
         ``chosen`` tells it from another one of its kind. Raises ``ConfigError`` for a name that no detector knows,
-        ``LearningError`` where it is in fewer than 10 frames, ``InputError`` where there are two.
+        ``LearningError`` where it is in fewer than 10 frames, ``InputError`` where there are two, and where most frames
+        show one that stands elsewhere than what is chosen.
         """
         if name not in COCO_NAMES:
             raise ConfigError(f"an anchor {name!r} is not known; known are {', '.join(COCO_NAMES)}")
@@ -89,7 +90,7 @@ class AnchorSearch:
             if sightings is not None
         }
         poses = _poses(recording)
-        track = standing_still(one_anchor(detections, np.array(seen.turn_rad), chosen, poses), poses)
+        track = _still(one_anchor(detections, np.array(seen.turn_rad), chosen, poses), poses, chosen)
         require_enough(name, len(track))
         filled = fill_gaps(track, _readable(surroundings), surroundings.geometry, len(recording.infos))
         return _whole(filled, surroundings.geometry)
@@ -119,6 +120,17 @@ class AnchorSearch:
             seen.sightings.append(None if looked is None else looked[1])
             if progress is not None:
                 progress(index + 1, frames)
+
+
+def _still(track: dict[int, Detection], poses: FloatArray, chosen: Chosen | None) -> dict[int, Detection]:
+    """What stands still in a track; raises ``InputError`` where that is not what was ``chosen``."""
+    still = standing_still(track, poses)
+    if chosen is not None and chosen.frame in track and chosen.frame not in still:
+        raise InputError(
+            f"what was chosen in frame {chosen.frame} stands elsewhere than what most of {_frames(len(track))} show; "
+            "choose another frame, or drive past it for longer"
+        )
+    return still
 
 
 def _whole(track: dict[int, Detection], geometry: PanoramaGeometry) -> dict[int, Detection]:

@@ -105,7 +105,9 @@ def adjusted(xy: FloatArray, covariance: FloatArray, boxes: Sequence[Box], geome
 class Refined:
     """A pose (x, y, heading), its covariance (3, 3), and how well boxes ``fit`` it (m,).
 
-    That is the deviation of each azimuth from what is expected, in standard deviations.
+    That is the deviation of each azimuth from what the pose that was known before lets expect, in standard deviations
+    of both together: one that has pulled the pose to itself fits no better for that. Where the heading was not known,
+    it is from the heading that suits all boxes best, so that a single one always fits.
     """
 
     pose: FloatArray
@@ -120,9 +122,10 @@ def refined(pose: FloatArray, covariance: FloatArray, boxes: Sequence[Box], geom
     a box at a wrong place says nothing. Where the covariance of the heading is NaN, it is not known.
     """
     known = np.isfinite(covariance[2, 2])
-    information = np.zeros((3, 3))
+    information, spread = np.zeros((3, 3)), np.zeros((3, 3))
     size = 3 if known else 2
-    information[:size, :size] = np.linalg.inv(covariance[:size, :size])
+    spread[:size, :size] = covariance[:size, :size]
+    information[:size, :size] = np.linalg.inv(spread[:size, :size])
     looser = [
         replace(one, bearing_rad=_ANOTHER_DAY * one.bearing_rad, rise_sigma=_ANOTHER_DAY * one.rise_sigma)
         for one in geometries
@@ -130,8 +133,10 @@ def refined(pose: FloatArray, covariance: FloatArray, boxes: Sequence[Box], geom
     terms = _Terms.of(np.empty((0, 2)), np.empty((0, 2, 2)), boxes, looser)
     start = pose.copy() if known else terms.standing(pose[:2])
     terms = replace(terms, prior=start, prior_information=information)
+    slope = terms.slope(start)
+    fit = np.abs(terms.turned(start)) / np.sqrt(1.0 + np.einsum("mi,ij,mj->m", slope, spread, slope))
     found = terms.descend(start)
-    return Refined(found.pose, found.covariance, np.abs(terms.turned(found.pose)))
+    return Refined(found.pose, found.covariance, fit)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -179,6 +184,13 @@ class _Terms:
         expected = np.arctan2(offset[:, 1], offset[:, 0]) - pose[2]
         return np.asarray(wrapped(expected - self.azimuth) / self.bearing_sigma, np.float64)
 
+    def slope(self, pose: FloatArray) -> FloatArray:
+        """(m, 3) by how much ``turned`` grows with x, y and the heading."""
+        offset = self.things - pose[:2]
+        square = np.maximum(np.linalg.norm(offset, axis=1), _LEAST_DISTANCE_M) ** 2
+        across = np.stack([offset[:, 1], -offset[:, 0], -square], 1)
+        return np.asarray(across / (square * self.bearing_sigma)[:, None], np.float64)
+
     def cost(self, pose: FloatArray) -> float:
         """How badly a pose fits."""
         return self._linearised(pose)[2]
@@ -220,12 +232,9 @@ class _Terms:
         cost += loss
         offset = self.things - pose[:2]
         distance = np.maximum(np.linalg.norm(offset, axis=1), _LEAST_DISTANCE_M)
-        turned = self.turned(pose)
-        square = distance**2
-        across = np.stack([offset[:, 1], -offset[:, 0], -square], 1) / (square * self.bearing_sigma)[:, None]
         reach = (self.rise - np.log(distance) - self.log_top) / self.rise_sigma
-        along = np.stack([offset[:, 0], offset[:, 1], 0 * distance], 1) / (square * self.rise_sigma)[:, None]
-        for residual, slope in ((turned, across), (reach, along)):
+        along = np.stack([offset[:, 0], offset[:, 1], 0 * distance], 1) / (distance**2 * self.rise_sigma)[:, None]
+        for residual, slope in ((self.turned(pose), self.slope(pose)), (reach, along)):
             weight, loss = _cauchy(residual**2)
             hessian += np.einsum("m,mi,mj->ij", weight, slope, slope)
             gradient += (weight * residual) @ slope

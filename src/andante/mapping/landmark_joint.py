@@ -28,7 +28,8 @@ def joined(whole: Estimate, landmarks: Estimate, sights: Sequence[Sight]) -> Est
 
     An image that looks like no mapped place stays off the map, whatever a detector sees in it, unless the landmarks are
     sure of the pose. Where no landmark is where the whole image expects it, the pose is degraded, and the landmarks
-    have the word only if the whole image was not sure.
+    have the word only if the whole image was not sure. Of views that are like no mapped one, boxes that are elsewhere
+    are taken for wrong, and say nothing.
     """
     if not whole.status.has_pose:
         return _without_whole(whole, landmarks)
@@ -40,6 +41,8 @@ def joined(whole: Estimate, landmarks: Estimate, sights: Sequence[Sight]) -> Est
     found = refined(pose, covariance, *zip(*placed, strict=True))
     if (found.fit <= _FITS).any():
         return _refined(whole, landmarks, found)
+    if not any(one.familiar for one in sights if one.model.geometry is not None):
+        return replace(both, reason=f"{whole.reason}; {landmarks.reason}")
     if whole.status is not Status.OK and landmarks.status is Status.OK:
         reason = f"no landmark is where the whole image expects it, which is not sure: {landmarks.reason}"
         hypotheses = _shared(landmarks.hypotheses, whole.hypotheses)

@@ -110,7 +110,8 @@ def learn_album(album: Album, config: LandmarkConfig) -> Learnt:
     """Landmarks that are seen often enough, calibrated on parts of the album that are held out in turn.
 
     Parts are sessions, or every third frame where there is one session alone. Landmarks of which nothing can be held
-    out are left out: nobody could say how far to believe them. Raises ``LearningError`` where none is left.
+    out are left out: nobody could say how far to believe them. Raises ``LearningError`` where none is left, and where
+    no view that was held out looks like one that was not.
     """
     part = _parts(album, config)
     enough = [one.name for one in album.views if _can_be_tried(one, part)]
@@ -131,6 +132,11 @@ def learn_album(album: Album, config: LandmarkConfig) -> Learnt:
         for row in held
     ]
     correlation = correlation_of(_white(held, models, album))
+    if not any(scaled):
+        raise LearningError(
+            "no landmark looks the same in frames that were held out, so nobody could say how far to believe them; "
+            "look at their boxes, or record slower drives past them"
+        )
     answers = [fused(row, config.fusion, correlation) if row else None for row in scaled]
     calibration, expected = _promised(answers, album, config, correlation, sessions)
     return Learnt(models, calibration, expected)
@@ -253,8 +259,6 @@ def _promised(
     found = [one for one in answers if one is not None]
     unseen = 1.0 if sessions else _ANOTHER_DRIVE
     expected = np.full(len(album), np.inf)
-    if not found:
-        return LandmarkCalibration(correlation, 3.0, None, np.inf, sessions), expected
     pose, truth = np.array([one.pose for one in found]), album.poses[seen]
     sigma = np.array([one.sigma_m for one in found])
     factor = unseen * conformal_factor(np.linalg.norm(pose[:, :2] - truth[:, :2], axis=1), sigma, config.coverage)

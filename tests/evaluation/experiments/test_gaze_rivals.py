@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 
 from andante.errors import RecordingError
 from andante.evaluation.experiments.gaze_rivals import Covered, LandmarkRival, truly_followed
+from andante.evaluation.experiments.landmark_world import Seen
 from andante.evaluation.experiments.trials import Bench
 from andante.landmarks.boxes import Box
 from andante.mapping.gaze import build_gaze_map
@@ -56,6 +57,20 @@ def test_the_simulator_knows_distances_that_the_sweep_estimates(pictures, years)
     np.testing.assert_array_equal(again.distance_m, truly.distance_m)
     with pytest.raises(RecordingError, match=r"has 70 frames, got 69"):
         truly_followed(bench, name, drive.subset(np.arange(69)))
+
+
+def test_boxes_are_wrong_in_another_way_in_every_session(pictures, years, monkeypatch):
+    draws, bench, names = [], Bench(years, pictures), [session.name for session in years.sessions[:3]]
+    detections = Seen.detections
+
+    def drawn(self, chosen, seed):
+        draws.append(seed)
+        return detections(self, chosen, seed)
+
+    monkeypatch.setattr(Seen, "detections", drawn)
+    rival = LandmarkRival.learn(bench, names[:2], 5)
+    rival.answers(bench, names[2], [Covered(frame.image) for frame in bench.recording(names[2]).frames()])
+    assert len(draws) == len(set(draws)) == 3
 
 
 def test_landmarks_are_lost_where_all_is_hidden(pictures, years):

@@ -1,15 +1,17 @@
 """Landmarks in simulated gardens: how they are chosen, how a detector errs, and the whole experiment, tiny."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from andante.baselines.posenet import PoseNet, Schedule
-from andante.evaluation.experiments import run_experiment
+from andante.data import Estimate, Status
+from andante.evaluation.experiments import landmark_scaling, run_experiment
 from andante.evaluation.experiments.landmark_detection import detection_figures
 from andante.evaluation.experiments.landmark_scaling import curve_table
-from andante.evaluation.experiments.landmark_trials import boxes_by
+from andante.evaluation.experiments.landmark_trials import Trialled, boxes_by
 from andante.evaluation.experiments.landmark_world import (
     FIRST,
     SECOND,
@@ -22,6 +24,7 @@ from andante.evaluation.experiments.landmark_world import (
     seen,
     small_plan,
 )
+from andante.evaluation.experiments.landmarks import _coverage, _estimates_row
 from andante.evaluation.experiments.plans import Scale
 from andante.evaluation.experiments.trials import Bench
 from andante.landmarks.boxes import Box, Detection
@@ -113,6 +116,39 @@ def test_the_curve_has_a_row_for_each_number_of_landmarks():
     table = curve_table(curve)
     assert [row[0] for row in table.rows] == ["1", "2"]
     assert "50 random orders" in table.title
+
+
+def test_only_poses_that_are_told_can_keep_what_they_promise():
+    def told(x: float | None, radius: float | None = None) -> Estimate:
+        return Estimate(Status.LOST if x is None else Status.OK, "", x, x, radius_m=radius)
+
+    truth = np.zeros((3, 3))
+    tried = Trialled(None, truth, ((), (), ()), (told(1.0, 2.0), told(1.0, 1.0), told(None)))
+    assert _coverage(tried) == 0.5
+    assert _coverage(Trialled(None, truth[:1], ((),), (told(None),))) is None
+
+
+def test_a_session_that_shows_no_landmark_has_empty_rows():
+    tried = Trialled(None, np.zeros((2, 3)), ((), ()), (Estimate(Status.LOST, ""),) * 2)
+    assert _estimates_row("combined", tried, tried.estimates, 0.5) == ("combined", 0.0, *[None] * 4, 0.5)
+
+
+def test_landmarks_that_are_never_found_have_no_share_in_the_curve(monkeypatch):
+    near, far = (
+        SimpleNamespace(
+            model=SimpleNamespace(name=name, geometry=None), box=None, xy=xy, covariance=np.eye(2), familiar=1
+        )
+        for name, xy in (("oak", np.array([0.1, 0.0])), ("shed", np.array([0.3, 0.0])))
+    )
+    calibration, config = SimpleNamespace(correlation=0.0), SimpleNamespace(fusion="covariance")
+    landmarks = SimpleNamespace(calibration=calibration, config=config)
+    tried = Trialled(landmarks, np.zeros((2, 3)), ((near,), (near, far)), ())
+    for name, value in (("learnt", landmarks), ("album_of", None), ("tried_on", tried), ("_ms_per_image", 1.0)):
+        monkeypatch.setattr(landmark_scaling, name, lambda *_, value=value: value)
+    bench = SimpleNamespace(progress=lambda *_: None)
+    curve = landmark_scaling.scaling(bench, ["oak", "elm", "shed"], lambda session: [], 5, permutations=4)
+    assert curve["landmarks"] == ["oak", "shed"]
+    assert np.isfinite(curve["median_m"]).all()
 
 
 def test_what_a_learnt_detector_finds_is_kept(embree, tmp_path, monkeypatch):

@@ -13,7 +13,7 @@ import numpy as np
 from andante.data import Estimate, FloatArray, ImageArray
 from andante.errors import RecordingError
 from andante.evaluation.experiments.gaze_following import TrueSight
-from andante.evaluation.experiments.landmark_trials import album_of, simulated_boxes
+from andante.evaluation.experiments.landmark_trials import album_of
 from andante.evaluation.experiments.landmark_world import landmarks_seen_often, seen
 from andante.evaluation.experiments.trials import Bench
 from andante.landmarks.boxes import Box, Detection
@@ -62,15 +62,16 @@ class LandmarkRival:
 
     @classmethod
     def learn(cls, bench: Bench, sessions: Sequence[str], seed: int) -> LandmarkRival:
-        """From the mapped sessions."""
+        """From the mapped sessions, in each of which boxes are wrong in their own way, and in others than in tests."""
         names = landmarks_seen_often(seen(bench, sessions[0]), LANDMARKS)
-        album = album_of(bench, sessions, names, simulated_boxes(bench, names, seed))
+        seeds = {session: seed + 1 + number for number, session in enumerate(sessions)}
+        album = album_of(bench, sessions, names, lambda one: seen(bench, one).detections(names, seeds[one]))
         with one_thread():
             return cls(LandmarkMap.learn(album), tuple(names), seed)
 
     def answers(self, bench: Bench, session: str, pictures: Sequence[Covered]) -> list[Estimate]:
         """What landmarks say of a session whose pictures, all of them, were partly hidden."""
-        recording, found = bench.recording(session), seen(bench, session).detections(self.names, self.seed + 1)
+        recording, found = bench.recording(session), seen(bench, session).detections(self.names, self.seed)
         cutter, told = ViewCutter(recording.camera, pictures[0].picture.shape[:2]), list[Estimate]()
         with one_thread():
             for covered, detections in zip(pictures, found, strict=True):
