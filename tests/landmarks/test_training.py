@@ -1,5 +1,6 @@
 import json
 import sys
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -21,6 +22,7 @@ torch = pytest.importorskip("torch", reason="learning landmarks needs the extra 
 pytest.importorskip("onnx", reason="landmark detectors are written with the extra onnx")
 pytest.importorskip("onnxruntime", reason="landmark detectors run with onnxruntime")
 
+from andante.landmarks import training  # noqa: E402
 from andante.landmarks.augmentation import _greyed, _occluded, augmented  # noqa: E402
 from andante.landmarks.learning import learnt  # noqa: E402
 from andante.landmarks.network import LandmarkNetwork  # noqa: E402
@@ -88,6 +90,25 @@ def test_the_file_does_what_torch_does(detector):
     heat, shape = copied.maps(panorama)
     assert np.allclose(heat, told[:, 0], atol=1e-4)
     assert np.allclose(shape, told[:, 1:], atol=1e-4)
+
+
+def test_one_that_cannot_be_told_does_not_spoil_the_others(monkeypatch):
+    recording, labels = drive(6)
+    hidden = replace(labels, name="hidden")
+    score = training._score
+
+    def judged(name, *rest):
+        if name == "hidden":
+            raise LearningError("landmark 'hidden': 1 right and 9 wrong places")
+        return score(name, *rest)
+
+    monkeypatch.setattr(training, "_score", judged)
+    detector = train_detector([(recording, [labels, hidden])], CONFIG)
+    assert set(detector.names) == {"stripes", "hidden"}
+    assert detector.header.notes["never_found"] == {"hidden": "landmark 'hidden': 1 right and 9 wrong places"}
+    assert detector.header.notes["held_out"]["hidden"]["found"] == 0.0
+    found = [one.name for info in recording.infos for one in detector.detect(recording.load(info), PANORAMA)]
+    assert set(found) == {"stripes"}
 
 
 @pytest.mark.parametrize("turns", [1, 3, 7])

@@ -91,7 +91,7 @@ def _summary(detector: LandmarkDetector) -> dict[str, Any]:
                 "threshold": one.threshold,
             }
         )
-    told = {key: notes[key] for key in ("examples", "steps", "seconds", "stopped")}
+    told = {key: notes[key] for key in ("examples", "steps", "seconds", "stopped", "never_found")}
     return {"bytes": len(detector.data), "sha256": detector.sha256, "landmarks": landmarks, **told}
 
 
@@ -113,7 +113,9 @@ def _print(summary: dict[str, Any]) -> None:
     columns = ("landmark", "labels used", "found [%]", "false positives [%]", "threshold")
     print_table(title, columns, rows)
     hint("found and false positives are shares of pictures that were held out, each in light of its own")
+    for why in summary["never_found"].values():
+        hint(f"never found: {why}")
     for one in summary["landmarks"]:
-        if one["found"] < _LOW_SHARE:
+        if one["found"] < _LOW_SHARE and one["name"] not in summary["never_found"]:
             hint(f"{one['name']} is found in {one['found']:.0%} of them: label it in another drive, or learn longer")
     hint(f"next: {summary['next']}")

@@ -52,6 +52,9 @@ class Examples:
         return np.asarray(np.isfinite(self.cells[..., 0]), np.bool_)
 
 
+_BLOCKS = 5
+
+
 def gathered(
     taught: Taught,
     elsewhere: Sequence[Recording],
@@ -96,11 +99,11 @@ def gathered(
 
 
 def divided(examples: Examples, share: float) -> tuple[Examples, Examples]:
-    """Examples to learn from, and those that are held out: a block of every drive, and nothing that borders on it.
+    """Examples to learn from, and those that are held out: blocks of every drive, and nothing that borders on them.
 
     Frames that follow each other look alike, so that random ones would judge a detector by what it has learnt. For
-    every landmark and recording the middle ``share`` of its frames is held out; a twentieth as many frames on either
-    side are left to nobody.
+    every landmark and recording a ``share`` of its frames is held out, in five blocks: of a thing that is passed once,
+    one block would be all that was ever seen of a side. A twentieth as many frames around each are left to nobody.
     """
     held, near = np.zeros(len(examples), np.bool_), np.zeros(len(examples), np.bool_)
     for source in np.unique(examples.source):
@@ -110,9 +113,13 @@ def divided(examples: Examples, share: float) -> tuple[Examples, Examples]:
             if not len(rows):  # a recording from elsewhere, or of another landmark
                 rows = np.flatnonzero(mine & examples.known[:, landmark])
             count = round(share * len(rows))
-            start, gap = (len(rows) - count) // 2, count // 20
-            held[rows[start : start + count]] = True
-            near[rows[max(start - gap, 0) : start + count + gap]] = True
+            blocks = min(_BLOCKS, count)
+            gap = count // 20
+            for part, block in zip(np.array_split(rows, max(blocks, 1)), range(blocks), strict=False):
+                size = count // blocks + (block < count % blocks)
+                start = (len(part) - size) // 2
+                held[part[start : start + size]] = True
+                near[part[max(start - gap, 0) : start + size + gap]] = True
     return examples.chosen(~(held | near)), examples.chosen(held)
 
 

@@ -32,6 +32,10 @@ class Score:
         return np.asarray(expit(self.slope * heat + self.offset), np.float64)
 
 
+NEVER = Score(1.0, -50.0, 1.0)
+"""Of a landmark that is not to be found at all."""
+
+
 def fitted(heat: FloatArray, right: NDArray[np.bool_], false_positives: float) -> Score:
     """The score of held-out places with ``heat`` (n,) that were ``right`` (n,) or not.
 

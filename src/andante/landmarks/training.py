@@ -16,7 +16,7 @@ from andante.landmarks.detector_file import DetectorHeader, Landmark, written
 from andante.landmarks.examples import Progress, Taught, divided, gathered
 from andante.landmarks.heatmaps import Grid
 from andante.landmarks.layout import COARSEST, STRIDE
-from andante.landmarks.scoring import Score, fitted
+from andante.landmarks.scoring import NEVER, Score, fitted
 from andante.protocols import Recording
 
 if TYPE_CHECKING:
@@ -77,8 +77,9 @@ def train_detector(
 
     Recordings ``elsewhere`` show none of them, and make false positives rarer. ``progress`` is told of ``read`` and
     ``learn``. The detector's ``header.notes`` say how it was learnt and what it reached on what was held out. The same
-    for the same seed, data and machine. Raises ``InputError`` for labels that cannot be used, ``LearningError`` where a
-    landmark cannot be told from its surroundings, ``MissingExtraError`` without torch, onnx or onnxruntime.
+    for the same seed, data and machine. A landmark that cannot be told from its surroundings is never found, and the
+    notes say why. Raises ``InputError`` for labels that cannot be used, ``LearningError`` where no landmark can be told
+    from its surroundings, ``MissingExtraError`` without torch, onnx or onnxruntime.
     """
     _require_extras()
     from andante.landmarks.learning import learnt, random_days
@@ -99,13 +100,18 @@ def train_detector(
     with threadpool_limits(config.threads):
         network, notes = learnt(learning, held_out, grid, config, progress)
         places_of = best_places(network, pictures, grid)
-    landmarks, reached = [], {}
+    landmarks, reached, failed = [], {}, dict[str, str]()
     for name, places in zip(names, places_of, strict=True):
-        score = _score(name, places, config.false_positives)
+        try:
+            score = _score(name, places, config.false_positives)
+        except LearningError as error:
+            score, failed[name] = NEVER, str(error)
         landmarks.append(Landmark(name=name, slope=score.slope, offset=score.offset, threshold=score.threshold))
         reached[name] = places.figures(score.of(places.heat) >= score.threshold)
+    if len(failed) == len(names):
+        raise LearningError(failed[names[0]])
     used = dict(zip(names, examples.present.sum(axis=0).tolist(), strict=True))
-    notes |= {"examples": len(learning), "labels": used, "held_out": reached}
+    notes |= {"examples": len(learning), "labels": used, "held_out": reached, "never_found": failed}
     return LandmarkDetector(written(DetectorHeader.of(config.geometry, tuple(landmarks), notes), network.folded()))
 
 
