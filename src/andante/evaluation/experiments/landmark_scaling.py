@@ -34,10 +34,10 @@ def scaling(bench: Bench, names: Sequence[str], boxes: Boxes, seed: int, *, perm
     names = [name for name in names if name in found]
     rng = np.random.default_rng([seed, _ORDERS])
     medians = np.empty((permutations, len(names)))
-    for row in medians:
+    for done, row in enumerate(medians, start=1):
         order = rng.permutation(len(names))
         row[:] = [_median(tried, {names[k] for k in order[: size + 1]}) for size in range(len(names))]
-        bench.progress("permutations", int(np.isfinite(row).sum()), len(names))
+        bench.progress("permutations", done, permutations)
     return {
         "landmarks": list(names),
         "permutations": permutations,
