@@ -228,6 +228,17 @@ def test_what_is_held_out_has_no_say_in_where_landmarks_stand(drives, detector, 
     assert (lamp.geometry.x_m, lamp.geometry.y_m) not in places
 
 
+def test_of_one_drive_pieces_of_half_a_metre_are_held_out():
+    poses = np.zeros((200, 3))
+    poses[:, 0] = 0.05 * np.arange(200) + 1e-6
+    part = landmark_lesson._parts(Album((), poses, np.zeros(200, np.int64)), CONFIG)
+    assert set(part) == {0, 1, 2}
+    edges = np.flatnonzero(np.diff(part)) + 1
+    assert set(np.diff(edges)) == {10}
+    sparse = landmark_lesson._parts(Album((), 40 * poses, np.zeros(200, np.int64)), CONFIG)
+    np.testing.assert_array_equal(sparse, np.arange(200) % 3)
+
+
 def test_errors_are_compared_along_the_axes_of_the_map():
     """A long thin covariance beside a round one: their errors in deviations are those of symmetric roots."""
     rng = np.random.default_rng(3)

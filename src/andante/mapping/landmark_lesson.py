@@ -29,6 +29,7 @@ _MEDIAN_OF_CHI2 = 1.386  # of two degrees of freedom
 _ANOTHER_DRIVE = 1.8
 """How much larger errors are on another drive than between the frames of one, as measured for whole images."""
 _PARTS = 3
+_PIECE_M = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,9 +110,9 @@ def best_by_name(detections: Sequence[Detection]) -> dict[str, Box]:
 def learn_album(album: Album, config: LandmarkConfig) -> Learnt:
     """Landmarks that are seen often enough, calibrated on parts of the album that are held out in turn.
 
-    Parts are sessions, or every third frame where there is one session alone. Landmarks of which nothing can be held
-    out are left out: nobody could say how far to believe them. Raises ``LearningError`` where none is left, and where
-    no view that was held out looks like one that was not.
+    Parts are sessions or, where there is one session alone, every third half metre of it. Landmarks of which nothing
+    can be held out are left out: nobody could say how far to believe them. Raises ``LearningError`` where none is left,
+    and where no view that was held out looks like one that was not.
     """
     part = _parts(album, config)
     enough = [one.name for one in album.views if _can_be_tried(one, part)]
@@ -172,7 +173,10 @@ def _parts(album: Album, config: LandmarkConfig) -> IndexArray:
     """(n,) which frames are held out together."""
     if len(np.unique(album.session)) > 1:
         return np.asarray(album.session % config.folds, np.int64)
-    return np.arange(len(album), dtype=np.int64) % _PARTS
+    # Frames a few centimetres apart are no test of each other.
+    way = np.cumsum(np.linalg.norm(np.diff(album.poses[:, :2], axis=0, prepend=album.poses[:1, :2]), axis=1))
+    pieces = np.unique(way // _PIECE_M, return_inverse=True)[1]
+    return np.asarray(pieces % _PARTS, np.int64)
 
 
 def _can_be_tried(views: Views, part: IndexArray) -> bool:
