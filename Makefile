@@ -12,6 +12,7 @@ WORKERS ?= 2
 help:
 	@echo "make demo   render a garden, map it in summer and autumn, find the way in winter, write output/demo/report.html"
 	@echo "make test   run all tests"
+	@echo "make install  make $(VENV) with everything, to develop"
 	@echo "make check  lint, format, types, and who imports whom"
 	@echo "make clean  remove $(VENV), caches and output"
 	@echo "PYTHON=python3.12 make test  uses another Python"

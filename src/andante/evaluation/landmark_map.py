@@ -53,8 +53,8 @@ def landmark_map(landmarks: LandmarkMap) -> Figure:
             if number < _NAMED:
                 axes.annotate(
                     "teach one here",
-                    (one.x_m, one.y_m),
-                    (0, 14),
+                    (one.x_m, one.y_m + _CELL_M / 2),
+                    (0, 4),
                     textcoords="offset points",
                     ha="center",
                     color=_ASKED,

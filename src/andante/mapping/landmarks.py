@@ -116,9 +116,7 @@ class LandmarkMap:
     def estimate_of(self, sights: Sequence[Sight]) -> Estimate:
         """The same from what is seen already; views that are like no mapped one are left out, or the robot is lost."""
         if not sights:
-            return Estimate(
-                Status.LOST, f"none of the {len(self.models)} landmarks of this map is seen: {', '.join(self.names)}"
-            )
+            return Estimate(Status.LOST, f"no landmark of this map is seen, of {', '.join(self.names)}")
         sights = trusted(sights)
         answer = fused(sights, self.config.fusion, self.calibration.correlation)
         radius = self.calibration.radius_factor * answer.sigma_m
@@ -127,7 +125,7 @@ class LandmarkMap:
         hypotheses = _hypotheses(answer, sights, None if np.isnan(answer.pose[2]) else float(answer.pose[2]))
         if not sights[0].familiar:
             strange = ", ".join(f"{one.model.name} ({one.likeness:.2f})" for one in sights)
-            reason = f"no landmark looks as it did when it was mapped, by their likeness: {strange}"
+            reason = f"what is seen looks like no mapped view of it, by likeness: {strange}"
             return Estimate(Status.LOST, reason, hypotheses=hypotheses)
         factor = self.calibration.heading_factor
         off = np.nan if factor is None else factor * answer.sigma_rad
