@@ -115,3 +115,9 @@ def test_a_map_says_what_it_says_by_itself(cache, singles):
         picture = recordings[UNSEEN].load(recordings[UNSEEN].infos[at])
         best = slowmap.localize(picture).hypotheses[0]
         np.testing.assert_allclose(result.xy[at], (best.x_m, best.y_m), atol=2e-3)
+
+
+def test_tasks_keep_their_order_in_any_number_of_processes(years, tmp_path):
+    tasks = list(range(-20, 20))
+    for workers in (1, 2):
+        assert list(Bench(years, tmp_path, workers=workers).spread(abs, tasks)) == [abs(one) for one in tasks]

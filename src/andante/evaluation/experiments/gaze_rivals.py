@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from multiprocessing import get_context
 
 import numpy as np
 
@@ -92,7 +90,11 @@ def truly_followed(bench: Bench, session: str, drive: GazeDrive) -> GazeDrive:
     stored = bench.store.load(key)
     if stored is None:
         rows = list[FloatArray]()
-        for row in _all_distances(bench, session, drive):
+        tasks: list[_Task] = [
+            (bench.plan, session, index, drive.distance_m.shape[1], (float(x), float(y), float(heading)))
+            for index, (x, y, heading) in enumerate(drive.poses)
+        ]
+        for row in bench.spread(_distances, tasks):
             rows.append(row)
             bench.progress(f"distances {session}", len(rows), len(drive))
         known = np.nan_to_num(np.round(np.stack(rows), _DECIMALS), nan=-1.0)
@@ -105,19 +107,6 @@ def truly_followed(bench: Bench, session: str, drive: GazeDrive) -> GazeDrive:
 
 _Task = tuple[Plan, str, int, int, tuple[float, float, float]]
 """A session of a plan, the number of a frame, of regions, and the pose of the frame."""
-
-
-def _all_distances(bench: Bench, session: str, drive: GazeDrive) -> Iterator[FloatArray]:
-    """``_distances`` of all frames, in order, in as many processes as the bench may have."""
-    tasks: list[_Task] = [
-        (bench.plan, session, index, drive.distance_m.shape[1], (float(x), float(y), float(heading)))
-        for index, (x, y, heading) in enumerate(drive.poses)
-    ]
-    if bench.workers == 1:
-        yield from map(_distances, tasks)
-        return
-    with ProcessPoolExecutor(bench.workers, get_context("spawn")) as pool:
-        yield from pool.map(_distances, tasks, chunksize=8)
 
 
 def _distances(task: _Task) -> FloatArray:

@@ -6,11 +6,9 @@ own, and some boxes are missed. A detector that has learnt can take their place.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
@@ -138,7 +136,7 @@ def seen(bench: Bench, session: str) -> Seen:
         count = len(recording.infos)
         names = _candidates(bench.plan)
         rows = list[FloatArray]()
-        for row in _all_boxes(bench, [(bench.plan, session, names, index) for index in range(count)]):
+        for row in bench.spread(_boxes, [(bench.plan, session, names, index) for index in range(count)]):
             rows.append(row)
             bench.progress(f"boxes {session}", len(rows), count)
         known = np.nan_to_num(np.round(np.stack(rows), _DECIMALS), nan=-9.0)
@@ -237,15 +235,6 @@ def _candidates(plan: Plan) -> list[str]:
 
 _Task = tuple[Plan, str, Sequence[str], int]
 """A session of a plan, names of things and the number of a frame."""
-
-
-def _all_boxes(bench: Bench, tasks: Sequence[_Task]) -> Iterator[FloatArray]:
-    """``_boxes`` of all, in order, in as many processes as the bench may have."""
-    if bench.workers == 1:
-        yield from map(_boxes, tasks)
-        return
-    with ProcessPoolExecutor(bench.workers, get_context("spawn")) as pool:
-        yield from pool.map(_boxes, tasks, chunksize=8)
 
 
 def _boxes(task: _Task) -> FloatArray:

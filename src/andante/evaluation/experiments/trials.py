@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -19,6 +21,9 @@ from andante.mapping import FrontEnd, MapConfig, Progress
 from andante.recordings import FolderRecording
 from andante.sfa import one_thread
 from andante.simulator import Plan
+
+Task = TypeVar("Task")
+Done = TypeVar("Done")
 
 _DECIMALS = 4  # a tenth of a millimetre
 
@@ -73,6 +78,14 @@ class Bench:
     def beside(self, plan: Plan) -> Bench:
         """Another plan in the same cache."""
         return Bench(plan, self.cache, workers=self.workers, progress=self.progress)
+
+    def spread(self, function: Callable[[Task], Done], tasks: Sequence[Task]) -> Iterator[Done]:
+        """``function``, which a module has at its top, of every task, in order, in as many processes as may be."""
+        if self.workers == 1:
+            yield from map(function, tasks)
+            return
+        with ProcessPoolExecutor(self.workers, get_context("spawn")) as pool:
+            yield from pool.map(function, tasks, chunksize=8)
 
     def run(self, trials: Sequence[Trial]) -> list[Result]:
         """The results of all trials, in order; a killed run goes on after its last finished trial."""
